@@ -22,13 +22,13 @@ FIELD = "velocity:x"
 # Instants of the paper's snapshots, s; before the touch it names only the first and
 # the last.
 SNAPSHOTS = {13: [0.0, 0.1665, 0.333], 14: [0.3335, 0.334, 0.34], 15: [0.3405, 0.496]}
-# What is shown of the collision, m: where the elements are small.
+# Part of the collision in the picture, m: the region of small elements.
 WINDOW = ((-2.4, -2.6), (5.0, 2.6))
 # One scale for all; in the middle of it, what two equal blocks have as one.
 SCHEME = ("coolwarm", 0.0, 3.0)
 # Colours that a picture is left with: the book stays small.
 COLOURS = 255
-# What is shown of Figure 16 once more, enlarged, s.
+# Part of Figure 16 in the enlarged plot, s.
 CLOSE = (0.330, 0.345)
 
 

@@ -41,7 +41,7 @@ NAMED = {"block", "material"}
 # Inches, of 150 pixels: width of a panel in a single row, and of a page; the
 # lowest that a panel should be, and its title.
 PANEL_WIDTH, PAGE_WIDTH, PANEL_HEIGHT, TITLE = 3.2, 12.8, 1.7, 0.4
-# Where the eye is in 3-D, degrees: angle about z from x on, and above the plane.
+# Direction of view in 3-D, degrees: azimuth about z from x, and elevation above the plane.
 VIEW = (-60.0, 30.0)
 # Brightness of a face in full light, and in none.
 BRIGHT, DARK = 1.0, 0.6
@@ -157,7 +157,7 @@ def see(polygons, values, view):
         parts += inside + outline
         owners += [i] * (len(inside) + len(outline))
         outlined += [not outline] * len(inside) + [True] * len(outline)
-    # What lies on the ground is before it; a line, before the piece that it bounds.
+    # Blocks on the ground are before it; a line is before its face.
     depths = np.array([(part @ towards).min() + (0.5 * size if len(part) == 2 else 0.0) for part in parts])
     order = np.argsort(depths, kind="stable")
     page = np.stack([right, up], axis=1)

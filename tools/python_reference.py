@@ -1,7 +1,7 @@
 """Write the book's page on the package for Python from its docstrings.
 
     python3 tools/python_reference.py            # writes book/src/reference/python.md
-    python3 tools/python_reference.py --check    # fails where the page is another
+    python3 tools/python_reference.py --check    # fails if the page is not up to date
 
 Reads the sources in crates/cdem-py/python/cdem; nothing needs to be built.
 """
@@ -27,8 +27,8 @@ HEAD = """\
 # The package for Python
 
 Made from the docstrings of the package by `tools/python_reference.py`.
-[The tutorial](../tutorials/python.md) shows how it goes together. Keys of scenes are those of
-[the scene, key by key](scene.md), columns those of [result files](results.md). Units are SI.
+[The tutorial](../tutorials/python.md) shows their use. [The scene, key by key](scene.md) lists
+the keys of scenes, and [Result files](results.md) the columns of tables. Units are SI.
 """
 
 
@@ -43,7 +43,7 @@ def definitions():
 
 
 def exported():
-    """What `__all__` names."""
+    """Names in `__all__`."""
     for node in ast.parse((SOURCES / "__init__.py").read_text()).body:
         if isinstance(node, ast.Assign) and node.targets[0].id == "__all__":
             return set(ast.literal_eval(node.value))
@@ -51,7 +51,7 @@ def exported():
 
 
 def text_of(node):
-    """A docstring as Markdown: arguments, `name: what it is`, become a list."""
+    """A docstring as Markdown; arguments, `name: meaning`, become a list."""
     lines = []
     for line in (ast.get_docstring(node) or "").splitlines():
         name, colon, _ = line.partition(": ")
@@ -69,7 +69,7 @@ def argument_names(node):
 
 
 def signature(name, function, is_method):
-    """A call as one would type it: names and defaults, without types."""
+    """A call with names and defaults, without types."""
     arguments = ast.unparse(ast.fix_missing_locations(_untyped(function.args)))
     parts = [part for part in arguments.split(", ") if part not in ("/",)]
     if is_method:
@@ -108,13 +108,13 @@ def members(node):
 
 
 def _attribute_text(after):
-    """The string that stands after an attribute."""
+    """The string after an attribute."""
     is_text = isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant)
     return inspect.cleandoc(after.value.value) if is_text else ""
 
 
 def entry(node):
-    """What the page says of a class or function."""
+    """The part of the page on a class or function."""
     if isinstance(node, ast.FunctionDef):
         yield f"### `{signature(node.name, node, is_method=False)}`\n\n{text_of(node)}\n"
         return
@@ -147,9 +147,9 @@ def main():
         PAGE.write_text(text)
         return 0
     if not PAGE.is_file() or PAGE.read_text() != text:
-        print("book/src/reference/python.md is not of this code: run tools/python_reference.py")
+        print("book/src/reference/python.md is not up to date: run tools/python_reference.py")
         return 1
-    print("the page on Python is of this code")
+    print("the page on Python is up to date")
     return 0
 
 

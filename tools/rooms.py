@@ -30,7 +30,7 @@ ORDERED = ("", "contact/")
 TREE = re.compile(r"^```text\n(crates/\S+)\n(.*?)^```", flags=re.M | re.S)
 BRANCH = re.compile(r"( *)([\w./-]+(?:, [\w./-]+)*)(?:  .*)?")
 
-# What names nothing that is used: comments, visibilities, texts, characters.
+# Parts of the source without imported names: comments, visibilities, texts, characters.
 NO_CODE = re.compile(
     r"//[^\n]*|/\*.*?\*/|\(in [\w:]+\)|\bb?r(#*)\".*?\"\1|\"(?:\\.|[^\"\\])*\"|'(?:\\[^\n']*'?|[^'\\\n])'",
     flags=re.S,

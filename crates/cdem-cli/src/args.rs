@@ -6,8 +6,8 @@ use clap::{Args, Parser, Subcommand};
 
 /// Collisions between deformable blocks.
 ///
-/// Explicit finite elements inside the blocks, spring-free contact between
-/// them. Start with `cdem new`, then `cdem run` the scene it writes.
+/// Explicit finite elements in the blocks, contact without springs between
+/// them. Start with `cdem new`, then run its scene with `cdem run`.
 #[derive(Debug, Parser)]
 #[command(
     name = "cdem",
@@ -25,25 +25,25 @@ pub(crate) enum Command {
     /// Check a scene and run it
     #[command(after_help = EXIT_STATUS)]
     Run(RunArgs),
-    /// Check a scene and sum it up without running it
+    /// Check a scene and print a summary, without a run
     Check {
-        /// The scene
+        /// Scene file
         scene: PathBuf,
     },
-    /// Go on with an interrupted run from its last checkpoint
+    /// Resume an interrupted run from its last checkpoint
     #[command(after_help = EXIT_STATUS)]
     Resume(ResumeArgs),
-    /// Write a commented scene to start from, or list those there are
+    /// Write a scene with comments to start from, or list all of them
     New {
-        /// Name of the template; left out: list them
+        /// Name of the template; left out: list all templates
         template: Option<String>,
-        /// Folder to write; left out: the name of the template
+        /// New folder for the scene; left out: the name of the template
         #[arg(value_name = "DIR")]
         folder: Option<PathBuf>,
     },
-    /// Write report.html, one self-contained page on a run
+    /// Write report.html, a self-contained page about a run
     Report {
-        /// Folder of the results
+        /// Results folder
         #[arg(value_name = "DIR")]
         results: PathBuf,
     },
@@ -53,31 +53,31 @@ pub(crate) enum Command {
 
 #[derive(Args, Debug)]
 pub(crate) struct RunArgs {
-    /// The scene
+    /// Scene file
     pub(crate) scene: PathBuf,
-    /// Folder of the results; left out: SCENE without its ending, with "-results"
+    /// Results folder; left out: SCENE without its extension, with "-results"
     #[arg(short, long = "output", value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// Threads; left out: `RAYON_NUM_THREADS`, or else one for each processor
+    /// Number of threads; left out: `RAYON_NUM_THREADS`, else one for each processor
     #[arg(long, value_name = "N", value_parser = threads)]
     pub(crate) threads: Option<u16>,
-    /// Replace an earlier run in the folder, never anything else
+    /// Replace an earlier run in the folder; other files are never replaced
     #[arg(long)]
     pub(crate) force: bool,
-    /// Say at the end where the time went; steps of a few microseconds take up to a quarter longer
+    /// Print the time of each stage at the end; makes steps of a few microseconds up to 25 % slower
     #[arg(long)]
     pub(crate) profile: bool,
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct ResumeArgs {
-    /// Folder of the results
+    /// Results folder
     #[arg(value_name = "DIR")]
     pub(crate) results: PathBuf,
-    /// Threads; left out: `RAYON_NUM_THREADS`, or else one for each processor
+    /// Number of threads; left out: `RAYON_NUM_THREADS`, else one for each processor
     #[arg(long, value_name = "N", value_parser = threads)]
     pub(crate) threads: Option<u16>,
-    /// Say at the end where the time went; steps of a few microseconds take up to a quarter longer
+    /// Print the time of each stage at the end; makes steps of a few microseconds up to 25 % slower
     #[arg(long)]
     pub(crate) profile: bool,
 }
@@ -85,15 +85,15 @@ pub(crate) struct ResumeArgs {
 /// Parses a number of threads.
 fn threads(text: &str) -> Result<u16, String> {
     let number = text.parse().ok().filter(|number| *number > 0);
-    number.ok_or_else(|| format!("a whole number from 1 to {} is needed", u16::MAX))
+    number.ok_or_else(|| format!("expected a whole number from 1 to {}", u16::MAX))
 }
 
 const EXIT_STATUS: &str = "\
 Exit status:
   0    done
-  2    the call or the scene is wrong; nothing was written
-  3    the run stopped itself; the results up to there are whole
-  130  interrupted (Ctrl-C); `cdem resume DIR` goes on, unless `output.checkpoint` is 0";
+  2    error in the arguments or the scene; nothing was written
+  3    the run stopped itself; its results up to then are complete
+  130  interrupted (Ctrl-C); resume with `cdem resume DIR`, unless `output.checkpoint` is 0";
 
 #[cfg(test)]
 mod tests {

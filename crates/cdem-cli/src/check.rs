@@ -40,7 +40,7 @@ pub(crate) fn check(scene: &Path) -> Result<Outcome, Failure> {
         warn(warning);
     }
     print("");
-    print("the scene is good to run");
+    print("the scene has no errors");
     Ok(Outcome::Done)
 }
 
@@ -72,7 +72,7 @@ fn blocks(overview: &Overview) -> Vec<String> {
         ]);
     }
     rows.push(vec![
-        format!("{} in all", count(overview.blocks.len() as u64)),
+        format!("{} in total", count(overview.blocks.len() as u64)),
         String::new(),
         count(overview.elements as u64),
         count(overview.nodes as u64),
@@ -105,7 +105,7 @@ fn figures(overview: &Overview, simulation: &mut Simulation) -> Vec<String> {
             quantity(largest, "s")
         ),
         format!(
-            "coarse step   {}, {} of them",
+            "coarse step   {}, number of steps {}",
             quantity(overview.step, "s"),
             count(overview.step_count)
         ),
@@ -140,15 +140,15 @@ fn collision(collision: &CollisionOverview) -> String {
     let what = match collision.elements {
         None => "cannot be refined with this `max_level`".to_owned(),
         Some(elements) => format!(
-            "has {}, {} a coarse step instead of {}; \
-             edges and faces that meet take many times more, none of it is in the time below",
+            "has {}, {} per coarse step instead of {}; \
+             edges and faces take many times more; the time below contains none of it",
             counted(elements as u64, "element"),
             counted(then, "update"),
             count(now)
         ),
     };
     format!(
-        "a collision   of one corner at {}: block \"{}\" {what}",
+        "refinement    for the impact of one corner at {}: block \"{}\" {what}",
         quantity(collision.speed, "m/s"),
         collision.block
     )
@@ -159,7 +159,7 @@ fn expected_time(overview: &Overview, simulation: &mut Simulation) -> String {
     let began = Instant::now();
     while began.elapsed() < TRIAL && !simulation.finished() {
         if simulation.step().is_err() {
-            return "unknown: the run stops itself within its first steps".to_owned();
+            return "unknown: the run stops itself in its first steps".to_owned();
         }
     }
     let steps = simulation.step_index();
@@ -170,15 +170,15 @@ fn expected_time(overview: &Overview, simulation: &mut Simulation) -> String {
     let text = match Duration::try_from_secs_f64(run) {
         Ok(run) if run < Duration::from_secs(1) => "less than a second".to_owned(),
         Ok(run) => format!("about {}", HumanDuration(run)),
-        Err(_) => "more than can be counted".to_owned(),
+        Err(_) => "too long for a number".to_owned(),
     };
     let may_meet = overview.blocks.len() > 1 && !simulation.finished();
     let later = match may_meet && simulation.live_contacts().is_empty() {
-        true => ", in which nothing touched: contacts take more",
+        true => "; blocks did not touch in them, and contacts take more",
         false => "",
     };
     format!(
-        "{text} without output, by {} tried at {}{later}",
+        "{text} without output, from {} on {}{later}",
         counted(steps, "step"),
         counted(rayon::current_num_threads() as u64, "thread")
     )

@@ -69,7 +69,7 @@ pub(crate) fn print(closing: &Closing<'_>) {
     ));
     if closing.goes_on {
         let folder = closing.folder.display();
-        line(format_args!("go on     cdem resume {folder}"));
+        line(format_args!("resume    cdem resume {folder}"));
     }
 }
 
@@ -110,7 +110,7 @@ fn contacts(summary: &Summary, end: &Observation) -> Vec<String> {
         depth => quantity(depth, "m"),
     };
     vec![format!(
-        "contacts  {} begun, {} last, deepest penetration {deepest}",
+        "contacts  {} begun, {} at the end, deepest penetration {deepest}",
         count(summary.contacts_begun),
         count(end.history.contacts),
     )]
@@ -154,7 +154,9 @@ fn energy(start: &HistoryRow, end: &HistoryRow, exchanged: f64) -> Vec<String> {
         text.join(", ")
     )];
     let residual = percent(end.energy_residual / exchanged);
-    lines.push(format!("          residual of the ledger {residual}"));
+    lines.push(format!(
+        "          residual of the energy ledger {residual}"
+    ));
     lines
 }
 
@@ -196,7 +198,7 @@ fn velocities(closing: &Closing<'_>) -> Vec<String> {
         2 => (0..2, 2..3),
         _ => (0..3, 0..3),
     };
-    let header = ["block", "start, m/s", "end, m/s", "turning, rad/s"];
+    let header = ["block", "start, m/s", "end, m/s", "rotation, rad/s"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
     let fastest = fastest(&end.blocks, BLOCKS);
     let told = start.blocks.iter().zip(&end.blocks).zip(&fastest);
@@ -249,14 +251,14 @@ fn profile(times: &Times, stages: &StageTimes) -> Vec<String> {
     let stepping = times.wall.saturating_sub(times.output);
     let of_stages = stages.iter().map(|(_, time)| *time).sum();
     let mut rows = vec![
-        share("up to the last step", whole),
-        share("reading, checking, building", times.setup),
-        share("stepping", stepping),
+        share("all up to the last step", whole),
+        share("setup", times.setup),
+        share("steps", stepping),
     ];
     let stages = stages.iter().filter(|(_, time)| !time.is_zero());
     rows.extend(stages.map(|(stage, time)| share(&format!("  {}", stage.name()), *time)));
-    rows.push(share("  between these", stepping.saturating_sub(of_stages)));
-    rows.push(share("rows, frames, checkpoints", times.output));
+    rows.push(share("  other", stepping.saturating_sub(of_stages)));
+    rows.push(share("output", times.output));
     columns(&rows)
 }
 

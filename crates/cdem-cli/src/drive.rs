@@ -82,8 +82,8 @@ impl Ended {
     fn refused(error: &ResultsError, has_checkpoint: bool) -> Self {
         let then = match (error, has_checkpoint) {
             (ResultsError::Gone { .. }, _) => "",
-            (_, true) => "; then go on from the last checkpoint with `cdem resume`",
-            (_, false) => "; then run the scene again: no checkpoint has been written yet",
+            (_, true) => "; then resume from the last checkpoint with `cdem resume`",
+            (_, false) => "; then run the scene again, because there is no checkpoint yet",
         };
         let help = format!("{}{then}", error.help(&COMMAND));
         Self {
@@ -94,7 +94,7 @@ impl Ended {
     }
 
     fn unsound(error: &StepError) -> Self {
-        let help = "the results up to there are whole; the last frame shows what happened";
+        let help = "the results up to then are complete; look at the last frame for the cause";
         Self {
             end: End::stopped(error.to_string()),
             failure: Some(Failure::stopped(Message::new(error, help))),
@@ -221,7 +221,7 @@ pub(crate) fn use_threads(threads: Option<u16>) -> Result<(), Failure> {
     let processors = std::thread::available_parallelism().map_or(usize::MAX, usize::from);
     if count > processors {
         warn(&format!(
-            "{count} threads on {}: they take turns, and a run takes longer",
+            "{count} threads on {}: threads share processors, so the run takes longer",
             counted(processors as u64, "processor")
         ));
     }

@@ -50,7 +50,7 @@ fn printed(outcome: Outcome) -> Result<Outcome, Failure> {
     match terminal::lost() {
         Some(reason) if outcome == Outcome::Done => Err(Failure::stopped(Message::new(
             format!("cannot write to standard output: {reason}"),
-            "make room on the disk, or print somewhere else",
+            "free space on the disk, or choose another output",
         ))),
         _ => Ok(outcome),
     }

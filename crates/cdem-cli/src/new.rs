@@ -28,27 +28,27 @@ macro_rules! files {
 const TEMPLATES: [Template; 8] = [
     Template {
         name: "two-prisms-2d",
-        about: "A triangular block hits another with its corner: the paper's own case",
+        about: "A triangular block hits another with its corner: the example of the paper",
         files: files!("two-prisms-2d": "README.md", "scene.toml", "prisms.geo", "prisms.msh"),
     },
     Template {
         name: "two-prisms-3d",
-        about: "The same in space: a prism hits another with its edge",
+        about: "The same in 3-D: a prism hits another with its edge",
         files: files!("two-prisms-3d": "README.md", "scene.toml", "prisms.geo", "prisms.msh"),
     },
     Template {
         name: "crowd-2d",
-        about: "Two swarms of coarse stones fly into each other and keep their energy",
+        about: "Two groups of stones with coarse meshes collide and keep their energy",
         files: files!("crowd-2d": "README.md", "scene.toml", "stones.geo", "stones.msh"),
     },
     Template {
         name: "crowd-3d",
-        about: "Four swarms of rocks, one element each, meet in space",
+        about: "Four groups of rocks, one element each, collide in 3-D",
         files: files!("crowd-3d": "README.md", "scene.toml", "rocks.msh"),
     },
     Template {
         name: "bars-2d",
-        about: "A bar hits another end-on and stops; compare with wave theory",
+        about: "A bar hits the end of another bar and stops; compare with wave theory",
         files: files!("bars-2d": "README.md", "scene.toml"),
     },
     Template {
@@ -58,12 +58,12 @@ const TEMPLATES: [Template; 8] = [
     },
     Template {
         name: "wall-2d",
-        about: "A dry-stone wall is hit by a boulder",
+        about: "A boulder hits a dry-stone wall",
         files: files!("wall-2d": "README.md", "scene.toml"),
     },
     Template {
         name: "rockfall-3d",
-        about: "Rocks of all shapes come down a slope on a dry-stone wall",
+        about: "Rocks of all shapes fall down a slope onto a dry-stone wall",
         files: files!("rockfall-3d": "README.md", "scene.toml", "rocks.msh", "slope.msh"),
     },
 ];
@@ -89,7 +89,7 @@ pub(crate) fn new(template: Option<&str>, folder: Option<PathBuf>) -> Result<Out
 }
 
 fn list() {
-    print("Scenes to start from; `cdem new TEMPLATE [DIR]` writes one:");
+    print("Templates of scenes; `cdem new TEMPLATE [DIR]` writes one:");
     print("");
     let width = TEMPLATES
         .iter()
@@ -111,7 +111,7 @@ fn write(template: &Template, folder: &Path) -> Result<(), Failure> {
     };
     if !is_free {
         return refused(
-            format!("{} exists and is no empty folder", folder.display()),
+            format!("{} exists and is not an empty folder", folder.display()),
             "name a new folder: `cdem new TEMPLATE DIR`",
         );
     }

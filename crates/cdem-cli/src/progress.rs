@@ -94,7 +94,7 @@ fn describe(position: &Position, start: &Position, elapsed: Duration) -> String 
     let left = (position.step_count - position.step.min(position.step_count)) as f64 / steps;
     let left = match Duration::try_from_secs_f64(left) {
         Ok(left) => format!("{} left", HumanDuration(left)),
-        Err(_) => "no end in sight".to_owned(),
+        Err(_) => "time left unknown".to_owned(),
     };
     format!(
         "t = {} of {}, {} steps/s, {}, {left}",
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_has_not_moved_has_no_end_in_sight() {
+    fn a_run_without_steps_has_no_estimate_of_its_time() {
         let position = Position {
             step: 0,
             step_count: 4000,
@@ -140,6 +140,6 @@ mod tests {
             element_updates: 0,
         };
         let told = describe(&position, &position, Duration::from_secs(2));
-        assert!(told.ends_with("no end in sight"));
+        assert!(told.ends_with("time left unknown"));
     }
 }

@@ -9,7 +9,7 @@ use crate::terminal::{print, strong};
 pub(crate) fn report(results: &Path) -> Result<Outcome, Failure> {
     let page = cdem_io::report::write(results).map_err(wrong_folder)?;
     print(format_args!(
-        "report    {}, to be opened in a browser",
+        "report    {}; open it in a browser",
         strong(&page.display().to_string())
     ));
     Ok(Outcome::Done)

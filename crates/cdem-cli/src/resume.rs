@@ -31,7 +31,7 @@ fn go_on(args: &ResumeArgs, unfinished: Unfinished, began: Instant) -> Result<Ru
     }
     use_threads(args.threads)?;
     for passed_over in &unfinished.passed_over {
-        warn(&format!("{passed_over}; an earlier one serves"));
+        warn(&format!("{passed_over}; an earlier checkpoint is used"));
     }
     let mut simulation = Simulation::new(&unfinished.scene, unfinished.mesh)
         .map_err(|error| Failure::wrong(Message::new(&error, "")))?;
@@ -41,7 +41,7 @@ fn go_on(args: &ResumeArgs, unfinished: Unfinished, began: Instant) -> Result<Ru
         .map_err(|error| wrong_folder(error.into()))?;
     let interrupt = Interrupt::listen()?;
     say(format_args!(
-        "going on at t = {}, step {}",
+        "resuming at t = {}, step {}",
         quantity(simulation.time(), "s"),
         simulation.step_index()
     ));

@@ -254,7 +254,7 @@ fn a_folder_is_told_with_the_meshes_in_it() {
     std::fs::write(folder.path().join("wall.msh"), "").expect("written");
     let lines = told("a folder", || gmsh::read(folder.path()));
     let shown = folder.path().display();
-    let expected = format!("mesh {shown}: it is a folder; the folder {shown} holds wall.msh");
+    let expected = format!("mesh {shown}: it is a folder; the folder {shown} has wall.msh");
     assert_eq!(lines, [expected]);
 }
 

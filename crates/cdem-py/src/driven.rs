@@ -59,7 +59,7 @@ impl Driven {
             Found::Unfinished(unfinished) => *unfinished,
             Found::Done { reason } => {
                 let text = format!(
-                    "the run in {} is done: {reason} (`read_results()` reads what it has written)",
+                    "the run in {} is done: {reason} (`read_results()` reads its results)",
                     folder.display()
                 );
                 return Err(Fault::Results(text));
@@ -126,7 +126,7 @@ impl Driven {
         self.check()?;
         if let Some(recording) = &self.recording {
             return Err(Fault::Results(format!(
-                "the run writes to {} already; close it first",
+                "the run already writes to {}; call close() first",
                 recording.folder().display()
             )));
         }
@@ -246,7 +246,7 @@ impl Driven {
                 Ok(recording.keep(&self.simulation, wall, None)?)
             }
             (None, None) => Err(Fault::Results(
-                "the run writes no results that a checkpoint could go to; name a folder".to_owned(),
+                "the run has no results folder for a checkpoint; name a folder".to_owned(),
             )),
         }
     }
@@ -279,7 +279,7 @@ impl Driven {
         if given != 1 && given != chosen.len() {
             let count = chosen.len();
             return Err(Fault::Value(format!(
-                "velocities are one vector, or one for each of {count} points; {given} were given"
+                "expected one velocity, or one for each of {count} points, got {given}"
             )));
         }
         let each = values.chunks_exact(components).cycle();

@@ -83,7 +83,7 @@ impl From<Fault> for PyErr {
 pub(crate) fn guarded<T>(work: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
         let said = said(&*panic);
-        let text = format!("a defect of cdem, please report it with the scene: {said}");
+        let text = format!("this is a defect of cdem; please report it with the scene: {said}");
         Err(Fault::Defect(text))
     })
 }
@@ -91,5 +91,5 @@ pub(crate) fn guarded<T>(work: impl FnOnce() -> Result<T, Fault>) -> Result<T, F
 fn said(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     text.or_else(|| panic.downcast_ref::<&str>().copied())
-        .unwrap_or("it did not say why")
+        .unwrap_or("without a reason")
 }

@@ -13,7 +13,7 @@ mod tables;
 
 use pyo3::prelude::*;
 
-/// The engine behind the package `cdem`: not for direct use.
+/// The engine of the package `cdem`; not for direct use.
 #[pymodule]
 mod _engine {
     #[pymodule_export]

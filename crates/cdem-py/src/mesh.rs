@@ -20,7 +20,7 @@ type Group = (String, usize, Vec<(usize, Vec<usize>)>);
 
 #[pymethods]
 impl Mesh {
-    /// `name` is what messages call it.
+    /// Creates a mesh; `name` is its name in messages.
     #[new]
     fn new(
         name: &str,
@@ -32,25 +32,26 @@ impl Mesh {
         let mut mesh = RawMesh::new(name);
         let (places, rest) = points.as_slice()?.as_chunks();
         if !rest.is_empty() {
-            return Err(wrong("points are rows of three coordinates".to_owned()).into());
+            return Err(wrong("points must be rows of three coordinates".to_owned()).into());
         }
         mesh.points = places.to_vec();
         mesh.point_tags = (0..mesh.points.len() as u64).collect();
         let is_lost = |point: &[f64; 3]| point.iter().any(|x| !x.is_finite());
         if let Some(lost) = mesh.points.iter().position(is_lost) {
-            return Err(wrong(format!("point {lost} is at no finite place")).into());
+            return Err(wrong(format!("the coordinates of point {lost} are not finite")).into());
         }
         let kinds: Vec<CellKind> = cells
             .iter()
             .map(|(kind, _)| {
-                kind_of(kind).ok_or_else(|| wrong(format!("no cells of shape \"{kind}\" are read")))
+                kind_of(kind)
+                    .ok_or_else(|| wrong(format!("cells of shape \"{kind}\" are not supported")))
             })
             .collect::<Result<_, _>>()?;
         let mut memberships = Vec::new();
         for ((_, nodes), kind) in cells.iter().zip(&kinds) {
             if nodes.len()? % kind.node_count() != 0 {
                 let each = kind.node_count();
-                return Err(wrong(format!("cells are rows of {each} points")).into());
+                return Err(wrong(format!("cells must be rows of {each} points")).into());
             }
             memberships.push(vec![Vec::new(); nodes.len()? / kind.node_count()]);
         }
@@ -66,7 +67,9 @@ impl Mesh {
             for &node in nodes.as_slice()? {
                 let point = u32::try_from(node);
                 into.nodes.push(point.map_err(|_| {
-                    wrong(format!("a cell has point {node}, and points count from 0"))
+                    wrong(format!(
+                        "a cell has point {node}, but points are counted from 0"
+                    ))
                 })?);
             }
             into.tags
@@ -94,7 +97,7 @@ fn join(
                     .get_mut(entry)
                     .and_then(|cells| cells.get_mut(member));
                 let cell = cell.ok_or_else(|| {
-                    format!("group \"{name}\" has cell {member}, which there is not")
+                    format!("group \"{name}\" has cell {member}, which does not exist")
                 })?;
                 if cell.last() != Some(&number) {
                     cell.push(number);

@@ -17,7 +17,7 @@ use crate::pool::pool;
 use crate::scene::Source;
 use crate::tables;
 
-/// A simulation, and the results that it writes, if any.
+/// A simulation, and its results if it writes any.
 #[pyclass(frozen, module = "cdem._engine")]
 pub(crate) struct Run {
     driven: Mutex<Driven>,
@@ -27,7 +27,7 @@ pub(crate) struct Run {
 
 #[pymethods]
 impl Run {
-    /// A run at its start. `meshes` are those at hand, under the path that the scene names.
+    /// A run at t = 0. `meshes` are meshes from arrays, by their paths in the scene.
     #[new]
     fn new(
         py: Python<'_>,
@@ -50,8 +50,8 @@ impl Run {
         })
     }
 
-    /// The run in a folder of results, from its last checkpoint; `is_recorded`: it goes on
-    /// writing to that folder.
+    /// The run in a results folder, at its last checkpoint. If `is_recorded`, results continue in
+    /// that folder.
     #[staticmethod]
     fn load(py: Python<'_>, folder: PathBuf, is_recorded: bool, threads: usize) -> PyResult<Self> {
         let began = Instant::now();
@@ -62,13 +62,13 @@ impl Run {
         })
     }
 
-    /// Begins to write results to a folder; meshes are relative to that of the file `scene`.
+    /// Begins to write results to a folder. Paths of meshes are relative to the file `scene`.
     fn record(&self, py: Python<'_>, folder: PathBuf, scene: PathBuf, force: bool) -> PyResult<()> {
         self.work(py, |driven| driven.record(&folder, &scene, force))
     }
 
-    /// Steps until a time, s, the end, or for so many steps or seconds of wall-clock time;
-    /// whether that time or the end is reached, and how many steps were made.
+    /// Steps up to a time, s, the end, a number of steps, or a number of wall-clock seconds.
+    /// Returns true if that time or the end is reached, and the number of steps.
     fn advance(
         &self,
         py: Python<'_>,
@@ -84,12 +84,12 @@ impl Run {
         self.work(py, |driven| driven.advance(leg))
     }
 
-    /// Ends the results here, with a checkpoint to go on from.
+    /// Ends the results, with a checkpoint.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         self.work(py, Driven::close)
     }
 
-    /// Writes a checkpoint: to the folder of the results, or to a new one.
+    /// Writes a checkpoint to the results folder, or to a new folder.
     fn save(
         &self,
         py: Python<'_>,
@@ -100,7 +100,7 @@ impl Run {
         self.work(py, |driven| driven.save(folder, &scene, force))
     }
 
-    /// Folder of the results, if they are written.
+    /// Results folder; None if no results are written.
     #[getter]
     fn folder(&self, py: Python<'_>) -> Option<PathBuf> {
         let driven = self.locked(py);
@@ -120,13 +120,13 @@ impl Run {
         self.locked(py).simulation.scene().time.end
     }
 
-    /// 2 in the plane, 3 in space.
+    /// Dimension of the scene: 2 or 3.
     #[getter]
     fn dimension(&self, py: Python<'_>) -> usize {
         self.locked(py).simulation.scene().dimension
     }
 
-    /// Coarse steps made.
+    /// Number of coarse steps so far.
     #[getter]
     fn step_index(&self, py: Python<'_>) -> u64 {
         self.locked(py).simulation.step_index()
@@ -138,19 +138,19 @@ impl Run {
         self.locked(py).simulation.overview().step
     }
 
-    /// Whether the end is reached.
+    /// True if the end is reached.
     #[getter]
     fn finished(&self, py: Python<'_>) -> bool {
         self.locked(py).simulation.finished()
     }
 
-    /// The scene as TOML, every default filled in, loads as they have become.
+    /// The scene as TOML, with all defaults filled in and all changes of loads.
     #[getter]
     fn scene(&self, py: Python<'_>) -> String {
         cdem_io::scene::write(self.locked(py).simulation.scene())
     }
 
-    /// What the user should know.
+    /// Warnings for the user.
     fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         self.work(py, |driven| {
             let mut warnings = driven.warnings.clone();
@@ -165,7 +165,7 @@ impl Run {
         tables::history(py, &row)
     }
 
-    /// All blocks now, and where they lie in the arrays.
+    /// All blocks now, with their ranges in the arrays.
     fn blocks<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (rows, ranges) = self.work(py, |driven| {
             let simulation = &mut driven.simulation;
@@ -196,26 +196,26 @@ impl Run {
         Ok(out)
     }
 
-    /// Contacts that have ended since this was last asked; of a run that writes results they
-    /// go there.
+    /// Contacts that have ended since the last call. A run with results writes them to its
+    /// folder instead.
     fn ended_contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let rows = self.work(py, |driven| match &driven.recording {
             None => Ok(driven.simulation.ended_contacts()),
             Some(recording) => Err(Fault::Results(format!(
-                "contacts that have ended go to contacts.csv in {}; read them there",
+                "ended contacts are written to contacts.csv in {}; read them there",
                 recording.folder().display()
             ))),
         })?;
         tables::contacts(py, &rows)
     }
 
-    /// Places of all points, flat, m.
+    /// Positions of all points, flat, m.
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let positions = self.work(py, |driven| Ok(driven.simulation.positions()))?;
         Ok(tables::flat(py, positions).into_any())
     }
 
-    /// A field of points or cells, flat, and the number of its components.
+    /// A field of points or cells, flat, and its number of components.
     fn field<'py>(&self, py: Python<'py>, name: &str) -> PyResult<(Bound<'py, PyAny>, usize)> {
         let wanted = tables::field_of(name)?;
         let field = self.work(py, |driven| Ok(driven.simulation.field(wanted)))?;
@@ -223,7 +223,7 @@ impl Run {
         Ok((tables::field(py, field.values), components))
     }
 
-    /// Kinds of all cells, and the points of all of them in a row.
+    /// Shapes of all cells, and the points of all cells in one array.
     fn cells<'py>(&self, py: Python<'py>) -> PyResult<(Vec<&'static str>, Bound<'py, PyAny>)> {
         let (kinds, points) = self.work(py, |driven| Ok(driven.simulation.cells()))?;
         let kinds = kinds.into_iter().map(mesh::name_of).collect();
@@ -231,8 +231,8 @@ impl Run {
         Ok((kinds, points.into_any()))
     }
 
-    /// Gives the points of a block, or all, other velocities, m/s: flat, of so many components
-    /// each.
+    /// Sets the velocities, m/s, of the points of a block, or of all points. `values` are flat,
+    /// with `components` each.
     fn set_velocities(
         &self,
         py: Python<'_>,
@@ -246,8 +246,7 @@ impl Run {
         })
     }
 
-    /// Has a load push otherwise from now on: `kind` is "pressure" or "traction", `value` as
-    /// JSON.
+    /// Changes a load from now on. `kind` is "pressure" or "traction"; `value` is JSON.
     fn set_load(&self, py: Python<'_>, number: usize, kind: &str, value: &str) -> PyResult<()> {
         self.work(py, |driven| driven.set_load(number, kind, value))
     }

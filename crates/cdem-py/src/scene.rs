@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 
 use crate::errors::{Fault, guarded};
 
-/// What a scene says: the text of a file, or the keys of a dictionary.
+/// Contents of a scene: the text of a file, or the keys of a dictionary.
 #[pyclass(frozen, module = "cdem._engine")]
 pub(crate) struct Source {
     /// TOML or JSON.
@@ -48,14 +48,14 @@ pub(crate) fn schema() -> String {
     cdem::scene::json_schema().to_string()
 }
 
-/// Seconds, of a text with a unit.
+/// Seconds from text with a unit.
 #[pyfunction]
 pub(crate) fn seconds(text: &str) -> PyResult<f64> {
     let read = cdem::scene::time(text.into()).map_err(SceneError::Unwritten);
     read.map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
-/// A scene as TOML, checked, every default filled in.
+/// A scene as TOML, checked, with all defaults filled in.
 #[pyfunction]
 pub(crate) fn written(source: &Source) -> PyResult<String> {
     Ok(guarded(|| Ok(scene::write(&source.read()?.scene)))?)

@@ -85,7 +85,7 @@ def test_a_mesh_of_arrays_comes_back_with_the_scene_and_its_checkpoints(tmp_path
     simulation.close()
     loaded = cdem.Simulation.load(tmp_path / "results")
     assert np.array_equal(loaded.positions, simulation.positions)
-    with pytest.raises(cdem.SceneError, match=r"mesh of block\[0\] is one of arrays.*write\(path\)"):
+    with pytest.raises(cdem.SceneError, match=r"mesh of block\[0\] comes from arrays.*write\(path\)"):
         simulation.scene.to_toml()
 
 
@@ -143,26 +143,26 @@ def test_written_meshes_have_names_of_the_scene_and_replace_no_others(tmp_path):
         ((POINTS, {"tri6": [[0] * 6]}), "no shape of cells 'tri6'; did you mean 'tri3'"),
         ((POINTS, {"quad": TRIANGLES}), "n × 4, not 2 × 3"),
         ((POINTS, {"triangle": [[0.0, 1.0, 2.0]]}), "whole numbers"),
-        ((POINTS, {"triangle": [[0, 1, 4]]}), "have point 4; there are 4, counted from 0$"),
-        ((POINTS, {"triangle": [[0, 1, -1]]}), "have point -1; there are 4, counted from 0$"),
-        ((POINTS, {"triangle": [[1, 2, 3], [1, 3, 4]]}), "count from 1: subtract 1"),
+        ((POINTS, {"triangle": [[0, 1, 4]]}), "have point 4; there are 4 points, counted from 0$"),
+        ((POINTS, {"triangle": [[0, 1, -1]]}), "have point -1; there are 4 points, counted from 0$"),
+        ((POINTS, {"triangle": [[1, 2, 3], [1, 3, 4]]}), "counted from 1, subtract 1"),
         ((POINTS, {"triangle": np.array([[0, 1, 2**63]], np.uint64)}), "have point 9223372036854775808"),
-        ((POINTS, {}), "there are no elements; cells need some of shape tri3"),
+        ((POINTS, {}), "there are no elements; cells must have one of the shapes tri3"),
         ((POINTS, {"triangle": []}), "there are no elements"),
         ((POINTS, {"line": [[0, 1]]}), "there are no elements"),
         ((POINTS, TRIANGLES), "as in {'tri3': triangles}"),
         ((POINTS, np.array(TRIANGLES)), "as in {'tri3': triangles}"),
-        (([[0.0, np.nan]], {}), "point 0 is at no finite place"),
-        ((POINTS, {"triangle": TRIANGLES}, {"g": {"line": [0]}}), "the mesh none"),
+        (([[0.0, np.nan]], {}), "the coordinates of point 0 are not finite"),
+        ((POINTS, {"triangle": TRIANGLES}, {"g": {"line": [0]}}), "but the mesh has none"),
         ((POINTS, {"triangle": TRIANGLES}, {"g": [[2]]}), "has cell 2 of shape tri3"),
         ((POINTS, {"triangle": TRIANGLES}, {"g": []}), "0 arrays for 1 entries"),
-        ((POINTS, {"triangle": TRIANGLES}, {"g": [[0.5]]}), "their numbers, or a boolean for each of 2; not 1 of float64"),
-        ((POINTS, {"triangle": TRIANGLES}, {"g": [[True]]}), "a boolean for each of 2; not 1 of bool"),
+        ((POINTS, {"triangle": TRIANGLES}, {"g": [[0.5]]}), "their numbers, or a boolean for each of 2, not 1 of float64"),
+        ((POINTS, {"triangle": TRIANGLES}, {"g": [[True]]}), "a boolean for each of 2, not 1 of bool"),
         ((POINTS, {"triangle": TRIANGLES}, {"g": [[[0, 1]]]}), "not 1 × 2 of int"),
         ((POINTS, [("tri3", TRIANGLES), ("tri3", TRIANGLES)], {"g": {"tri3": [0]}}), "more than once"),
         ((POINTS, {"tri3": TRIANGLES}, {"g": {"tri3": [0], "triangle": [1]}}), "more than once"),
-        (([[0.0, 0.0], [1.0]], {}), "points are no array"),
-        ((POINTS, {"tri3": [[0, 1, 2], [0, 1]]}), "cells of shape tri3 are no array"),
+        (([[0.0, 0.0], [1.0]], {}), "points must be an array"),
+        ((POINTS, {"tri3": [[0, 1, 2], [0, 1]]}), "cells of shape tri3 must be an array"),
         ((np.array(POINTS, complex), {}), "points must be numbers, not complex128"),
     ],
 )

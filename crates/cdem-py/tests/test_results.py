@@ -55,16 +55,16 @@ def test_scene_and_summary_come_along(results, prisms):
 
 
 def test_a_folder_of_something_else_is_told_of(tmp_path):
-    with pytest.raises(cdem.ResultsError, match="is not a folder of results"):
+    with pytest.raises(cdem.ResultsError, match="is no results folder"):
         cdem.read_results(tmp_path)
-    with pytest.raises(cdem.ResultsError, match="is not a folder of results"):
+    with pytest.raises(cdem.ResultsError, match="is no results folder"):
         cdem.Simulation.load(tmp_path / "nowhere")
 
 
 @pytest.mark.parametrize(
     ("name", "kept", "message"),
     [
-        ("history.csv", 0, "history.csv is that of something else"),
+        ("history.csv", 0, "history.csv is not from a run"),
         ("contacts.csv", 0, "contacts.csv is empty"),
         ("summary.json", 100, r"summary.json:\d+: "),
         ("frames.pvd", 100, "cannot read .*frames.pvd"),
@@ -144,7 +144,7 @@ def test_a_run_whose_results_are_gone_may_be_kept_elsewhere(bar, tmp_path):
 def test_results_are_replaced_only_when_asked(results, prisms):
     simulation = cdem.Simulation(prisms)
     # Advice speaks of Python, not of the command.
-    with pytest.raises(cdem.ResultsError, match="holds an earlier run") as caught:
+    with pytest.raises(cdem.ResultsError, match="contains an earlier run") as caught:
         simulation.record(results)
     assert "(replace that run with force=True, or name another folder)" in str(caught.value)
     simulation.record(results, force=True)

@@ -94,7 +94,7 @@ def test_a_scene_that_is_no_table_is_told_of():
     with pytest.raises(cdem.SceneError, match="dimension"):
         cdem.Simulation({})
     for wrong in ([1], 1):
-        with pytest.raises(cdem.SceneError, match="made of a dictionary of its keys, not of type"):
+        with pytest.raises(cdem.SceneError, match="needs a dictionary of its keys, not a value of type"):
             cdem.Simulation(wrong)
     with pytest.raises(cdem.SceneError, match=r"Scene\.read\(path\) reads a file"):
         cdem.Scene("scene.toml")
@@ -129,7 +129,7 @@ def test_errors_of_meshes_are_those_of_the_command(tmp_path, command, prisms):
 
 def test_none_is_no_value(bar):
     bar.block[0].velocity = None
-    with pytest.raises(cdem.SceneError, match=r"block\[0\].velocity: is None; leave the key out"):
+    with pytest.raises(cdem.SceneError, match=r"block\[0\].velocity: must not be None; leave out"):
         bar.check()
 
 

@@ -63,14 +63,14 @@ def test_until_is_the_first_step_at_or_after_it(prisms):
 
 def test_a_time_after_the_end_is_told_of(prisms):
     simulation = cdem.Simulation(prisms)
-    with pytest.warns(UserWarning, match=r"the scene ends at t = 0.5 s: .*before 10; raise time.end"):
+    with pytest.warns(UserWarning, match=r"the scene ends at t = 0.5 s: .*before 10; .*increase time.end"):
         simulation.run(until=10, callback=lambda s: True)
     assert simulation.step_index == 1
 
 
 def test_a_callback_stops_the_run(prisms):
     simulation = cdem.Simulation(prisms)
-    # What arrays are compared to is a boolean of NumPy.
+    # Comparisons of arrays give booleans of NumPy.
     simulation.run(callback=lambda s: np.bool_(len(s.contacts) > 0))
     assert 0.333 < simulation.time < 0.335
     contacts = simulation.contacts
@@ -155,7 +155,7 @@ def test_wrong_velocities_are_told_of(bar):
     for wrong in ([1.0], 1.0, [[1.0] * 4]):
         with pytest.raises(ValueError):
             simulation.set_velocities(wrong)
-    with pytest.raises(ValueError, match="each of 22 points; 3 were given"):
+    with pytest.raises(ValueError, match="each of 22 points, got 3"):
         simulation.velocities = np.zeros((3, 3))
     with pytest.raises(ValueError, match="third component"):
         simulation.set_velocities([0.0, 0.0, 1.0])
@@ -178,7 +178,7 @@ def test_velocities_in_space_have_three_components():
     assert np.array_equal(simulation.velocities, before)
     simulation.set_velocities([1.0, 2.0, 3.0], block="i")
     after, chosen = simulation.velocities, simulation.blocks["i"].points
-    # What is given is half a step from what is kept: round-off.
+    # The stored velocities are half a step away from the given ones: round-off.
     assert np.allclose(after[chosen], [1.0, 2.0, 3.0], rtol=1e-13)
     rest = np.ones(len(after), dtype=bool)
     rest[chosen] = False
@@ -231,7 +231,7 @@ def test_a_run_that_becomes_unphysical_stops_itself(bar, tmp_path):
     simulation.record(tmp_path / "results")
     with pytest.raises(cdem.StepError, match="t = .*bar") as first:
         simulation.run()
-    # What has become unphysical neither goes on nor is kept.
+    # An unphysical run cannot continue, and has no checkpoint.
     for more in (
         simulation.step,
         simulation.save,
@@ -247,7 +247,7 @@ def test_a_run_that_becomes_unphysical_stops_itself(bar, tmp_path):
     assert simulation.positions.shape == (22, 3)
     summary = cdem.read_results(tmp_path / "results").summary
     assert (summary["status"], summary["reason"]) == ("stopped", str(first.value))
-    with pytest.raises(cdem.StepError, match="cannot go on: .*run it again, with force=True"):
+    with pytest.raises(cdem.StepError, match="cannot be resumed: .*run it again, with force=True"):
         cdem.Simulation.load(tmp_path / "results")
 
 
@@ -348,7 +348,7 @@ def test_wrong_arguments_are_told_of(prisms):
         with pytest.raises(TypeError, match=name):
             wrong()
     assert simulation.step_index == 0
-    with pytest.raises(cdem.SceneError, match="not of type NoneType"):
+    with pytest.raises(cdem.SceneError, match="not a value of type NoneType"):
         cdem.Simulation(None)
     for copied in (copy.copy, copy.deepcopy, pickle.dumps):
         with pytest.raises(TypeError, match="save"):

@@ -27,7 +27,7 @@ fn main() -> ExitCode {
         Err(unknown) => {
             let known: Vec<&str> = problems::ALL.iter().map(|problem| problem.number).collect();
             eprintln!(
-                "there is no problem {unknown}; there are {}",
+                "there is no problem {unknown}; choose from {}",
                 known.join(", ")
             );
             return ExitCode::from(2);
@@ -60,7 +60,7 @@ fn main() -> ExitCode {
         return ExitCode::FAILURE;
     }
     if wrong > 0 {
-        eprintln!("{wrong} figures are not what is known of them");
+        eprintln!("number of figures that miss their known value: {wrong}");
         return ExitCode::FAILURE;
     }
     ExitCode::SUCCESS

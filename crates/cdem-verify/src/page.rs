@@ -10,7 +10,7 @@ const END: &str = "<!-- end of figures -->";
 /// Returns the generated part of a page, with its marks.
 fn made(problem: &Problem, findings: &Findings) -> String {
     let mut text = format!(
-        "{BEGIN}\n\n| Figure | Known | Found | May miss it by | Because |\n\
+        "{BEGIN}\n\n| Figure | Known value | Value of the run | Tolerance | Reason |\n\
          | --- | ---: | ---: | ---: | --- |\n"
     );
     for figure in &findings.figures {

@@ -58,66 +58,68 @@ pub enum Known {
     AtMost(f64),
 }
 
+/// A figure of a run before it has its known value.
+#[must_use = "a figure without a known value is not added"]
+pub struct FoundFigure<'a> {
+    findings: &'a mut Findings,
+    what: String,
+    found: f64,
+}
+
 impl Findings {
-    /// Adds a figure with an exact value and a relative tolerance `share`.
-    pub fn exact(
-        &mut self,
-        what: impl Into<String>,
-        (exact, found): (f64, f64),
-        share: f64,
-        why: &'static str,
-    ) {
-        let known = Known::Within { exact, share };
-        self.add(what, known, found, why);
-    }
-
-    /// Adds a figure with a bound on its absolute value.
-    pub fn at_most(
-        &mut self,
-        what: impl Into<String>,
-        (bound, found): (f64, f64),
-        why: &'static str,
-    ) {
-        self.add(what, Known::AtMost(bound), found, why);
-    }
-
-    /// Adds a figure with a known range.
-    pub fn between(
-        &mut self,
-        what: impl Into<String>,
-        ([least, most], found): ([f64; 2], f64),
-        why: &'static str,
-    ) {
-        self.add(what, Known::Between(least, most), found, why);
+    /// Creates a figure with its value in the run. A method of the result adds its known value.
+    pub fn figure(&mut self, what: impl Into<String>, found: f64) -> FoundFigure<'_> {
+        FoundFigure {
+            findings: self,
+            what: what.into(),
+            found,
+        }
     }
 
     /// Adds the two energy checks that every run must pass.
     pub(crate) fn energy(&mut self, of: impl Fn(&str) -> String, balance: &Balance) {
-        self.at_most(
-            of("energy that the ledger lacks, over that exchanged"),
-            (LEDGER_LIMIT, balance.residual),
-            LEDGER,
-        );
-        self.at_most(
-            of("most that the energy ever rose, over that exchanged"),
-            (LEDGER_LIMIT, balance.rise),
-            LEDGER,
-        );
-    }
-
-    fn add(&mut self, what: impl Into<String>, known: Known, found: f64, why: &'static str) {
-        self.figures.push(Figure {
-            what: what.into(),
-            known,
-            found,
-            why,
-        });
+        self.figure(
+            of("energy residual, over the energy exchanged"),
+            balance.residual,
+        )
+        .at_most(LEDGER_LIMIT, LEDGER);
+        self.figure(
+            of("largest rise of the energy, over the energy exchanged"),
+            balance.rise,
+        )
+        .at_most(LEDGER_LIMIT, LEDGER);
     }
 
     /// Returns the figures that miss their known value.
     #[must_use]
     pub fn wrong(&self) -> Vec<&Figure> {
         self.figures.iter().filter(|f| !f.holds()).collect()
+    }
+}
+
+impl FoundFigure<'_> {
+    /// Adds the figure with an exact value and a relative tolerance `share`, for the reason `why`.
+    pub fn exact(self, exact: f64, share: f64, why: &'static str) {
+        self.add(Known::Within { exact, share }, why);
+    }
+
+    /// Adds the figure with a bound on its absolute value, for the reason `why`.
+    pub fn at_most(self, bound: f64, why: &'static str) {
+        self.add(Known::AtMost(bound), why);
+    }
+
+    /// Adds the figure with a known range, ends included, for the reason `why`.
+    pub fn between(self, least: f64, most: f64, why: &'static str) {
+        self.add(Known::Between(least, most), why);
+    }
+
+    fn add(self, known: Known, why: &'static str) {
+        self.findings.figures.push(Figure {
+            what: self.what,
+            known,
+            found: self.found,
+            why,
+        });
     }
 }
 

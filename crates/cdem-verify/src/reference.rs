@@ -6,10 +6,11 @@ use serde_json::Value;
 
 const HEAD: &str = "# The scene, key by key
 
-A scene is one [TOML](https://toml.io) file. This page is made from the schema that `cdem schema`
-prints, by `cargo run --release -p cdem-verify -- --write`; editors that know TOML complete keys
-from the same schema. Keys without a default may be left out unless it says *needed*.
-Quantities are in SI units as plain numbers, or text with a unit: `\"40 GPa\"`, `\"5 mm\"`.
+A scene is one [TOML](https://toml.io) file; [Scenes](../scenes.md) explains its parts. This page
+is made from the schema that `cdem schema` prints, by
+`cargo run --release -p cdem-verify -- --write`. Editors for TOML complete keys with the same
+schema. A key without a default may be left out, unless it is *needed*. Quantities are plain
+numbers in SI units, or text with a unit: `\"40 GPa\"`, `\"5 mm\"`.
 ";
 
 /// Title of each table of the scene, and its name in the schema.

@@ -202,7 +202,7 @@ fn interrupted(scene: &str) -> Place {
     assert_eq!(ended.status.code(), Some(130));
     let told = String::from_utf8_lossy(&ended.stdout).into_owned();
     assert!(
-        told.contains("go on     cdem resume scene-results"),
+        told.contains("resume    cdem resume scene-results"),
         "{told}"
     );
     place
@@ -215,12 +215,14 @@ fn an_interrupted_run_goes_on() {
     let place = interrupted(&heap("1e-9"));
     let kept = place.cdem("run scene.toml").told();
     assert!(
-        kept.contains("interrupted, go on with `cdem resume`; or replace it with --force"),
+        kept.contains(
+            "resume that run with `cdem resume` if it was interrupted, replace it with --force"
+        ),
         "{kept}"
     );
     // Its tables list contacts in the order of their start, as those of any run.
     let told = place.cdem("resume scene-results --threads 1").done();
-    assert!(told.stderr().contains("going on at t ="), "{}", told.told());
+    assert!(told.stderr().contains("resuming at t ="), "{}", told.told());
     assert_same(&whole, &place);
     let again = place.cdem("resume scene-results").done();
     assert!(

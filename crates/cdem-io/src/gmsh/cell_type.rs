@@ -32,10 +32,11 @@ pub(super) fn cell_kind(
 
 /// Returns the name of an unsupported type, and advice.
 fn unsupported(number: i32) -> (String, &'static str) {
-    let first_order = "mesh to first order: Mesh.ElementOrder = 1, or SetOrder 1";
+    let first_order = "make a mesh of first order: Mesh.ElementOrder = 1, or SetOrder 1";
     let name = match number {
         7 => {
-            let help = "pyramids join hexahedra to tetrahedra: use one of the two alone";
+            let help =
+                "pyramids join hexahedra to tetrahedra: use only hexahedra or only tetrahedra";
             return ("5-node pyramid".to_owned(), help);
         }
         8 => "second-order line",

@@ -43,17 +43,20 @@ impl Collector {
         points: Vec<[f64; 3]>,
     ) -> Result<(), MeshError> {
         if tags.len() >= u32::MAX as usize {
-            let problem = format!("{} nodes are more than can be numbered", tags.len());
+            let problem = format!(
+                "{} nodes are more than 32-bit numbers can count",
+                tags.len()
+            );
             return Err(scanner.fault(problem, "use a coarser mesh"));
         }
         self.nodes = NodeNumbers::new(&tags).map_err(|tag| {
             let of_tag = tags.iter().zip(1_u32..).filter(|(other, _)| **other == tag);
             let places: Vec<_> = of_tag.take(2).map(|(_, place)| place.to_string()).collect();
             let problem = format!(
-                "two nodes have the number {tag}, in places {} of the section",
+                "two nodes have the number {tag}: nodes {} of the section",
                 places.join(" and ")
             );
-            scanner.section_fault(problem, "number the nodes anew: Gmsh, RenumberMeshNodes")
+            scanner.section_fault(problem, "renumber the nodes: Gmsh, RenumberMeshNodes")
         })?;
         self.mesh.point_tags = tags;
         self.mesh.points = points;
@@ -149,9 +152,9 @@ impl Collector {
         for _ in 0..kind.node_count() {
             let node = next(scanner)?;
             let Some(index) = self.nodes.index(node) else {
-                let problem = format!("element {tag} has the node {node}, which there is not");
+                let problem = format!("element {tag} has the node {node}, which does not exist");
                 let help = match node {
-                    0 => "nodes are numbered from 1: does what wrote the elements count from 0?",
+                    0 => "node numbers start at 1, not at 0: renumber the nodes",
                     _ => DAMAGED,
                 };
                 return Err(scanner.fault(problem, help));
@@ -235,7 +238,7 @@ impl Collector {
             let mut tags: Vec<u64> = alike.flat_map(|cells| cells.tags.clone()).collect();
             tags.sort_unstable();
             if let Some(pair) = tags.windows(2).find(|pair| pair[0] == pair[1]) {
-                let help = "look for what is there twice, or number the elements anew: Gmsh, \
+                let help = "remove one of them if it is a copy, or renumber the elements: Gmsh, \
                             RenumberMeshElements";
                 let problem = format!("two elements have the number {}", pair[0]);
                 return Err(scanner.section_fault(problem, help));

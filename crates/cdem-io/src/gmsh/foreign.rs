@@ -10,9 +10,13 @@ const KNOWN: [(&[u8], &str, &str); 24] = [
     (b"v ", "a surface in OBJ format", FILL),
     (b"# vtk", "a VTK file", CONVERT),
     (b"<vtkfile", "a VTK file", CONVERT),
-    (b"<?xml", "an XML file, as of VTK or XDMF", CONVERT),
+    (b"<?xml", "an XML file, such as one of VTK or XDMF", CONVERT),
     (b"meshversionformatted", "a Medit mesh", CONVERT),
-    (b"\x89hdf\n", "an HDF5 file, as of MED or XDMF", CONVERT),
+    (
+        b"\x89hdf\n",
+        "an HDF5 file, such as one of MED or XDMF",
+        CONVERT,
+    ),
     (b"*heading", "an Abaqus input", CONVERT),
     (b"*node", "an Abaqus input", CONVERT),
     (b"**", "an Abaqus input", CONVERT),
@@ -29,26 +33,26 @@ const KNOWN: [(&[u8], &str, &str); 24] = [
     (b"\xfe\xff", "text in UTF-16", UTF8),
     (b"pk\x03\x04", "a zip archive", UNPACK),
     (b"\x1f\x8b", "a file packed with gzip", UNPACK),
-    (b"<!doctype", "a page of the web", FETCH),
-    (b"<html", "a page of the web", FETCH),
-    (b"version https://git-lfs", "a pointer of Git LFS", PULL),
+    (b"<!doctype", "a web page", FETCH),
+    (b"<html", "a web page", FETCH),
+    (b"version https://git-lfs", "a Git LFS pointer", PULL),
 ];
 
-const FILL: &str = "a block is a mesh of volumes, of which this is the skin: merge it in Gmsh, add \
-     a Volume within it, and mesh that with gmsh -3";
+const FILL: &str = "a block needs a mesh of its volume, and this is only its surface: merge it in \
+     Gmsh, add a Volume within it, and mesh that with gmsh -3";
 const CONVERT: &str = "convert it with meshio: meshio convert --output-format gmsh old new.msh";
 const IMPORT: &str = "convert it with Gmsh: gmsh old.unv -save -format msh41 -o new.msh";
 const REWRITE: &str = "write version 4.1: gmsh old.msh -save -format msh41 -o new.msh";
-const LINES: &str = "lines end in line feeds, alone or after carriage returns: change them in an \
-     editor";
+const LINES: &str = "lines must end in a line feed, alone or after a carriage return: change the \
+     line ends in an editor";
 const UTF8: &str = "save it as UTF-8 or ASCII";
 const UNPACK: &str = "unpack it";
-const FETCH: &str = "the download of the mesh failed: fetch it again";
-const PULL: &str = "the mesh itself has not been fetched: git lfs pull";
-const GEOMETRY: &str = "this is no Gmsh mesh; of a geometry, make one with gmsh shape.geo -2 (or \
-     -3) -format msh41 -o shape.msh";
+const FETCH: &str = "the download of the mesh failed: download it again";
+const PULL: &str = "the mesh itself is not downloaded yet: git lfs pull";
+const GEOMETRY: &str = "this is no Gmsh mesh; make a mesh from a geometry with gmsh shape.geo \
+     -2 (or -3) -format msh41 -o shape.msh";
 const EMPTY: &str = "the file is empty: write it again with Gmsh";
-const FIRST: &str = "nothing may stand before $MeshFormat: remove it";
+const FIRST: &str = "$MeshFormat must come first: remove the text before it";
 
 /// Returns a description of a file that does not begin as a mesh should, and advice.
 pub(super) fn recognise(file: &[u8]) -> (String, &'static str) {

@@ -61,9 +61,9 @@ fn meshes_in(folder: &Path) -> String {
     meshes.truncate(SHOWN);
     let names = meshes.join(", ");
     match (meshes.len(), more) {
-        (0, _) => format!("the folder {place} holds no .msh file"),
-        (_, 0) => format!("the folder {place} holds {names}"),
-        _ => format!("the folder {place} holds {names} and {more} more"),
+        (0, _) => format!("the folder {place} has no .msh file"),
+        (_, 0) => format!("the folder {place} has {names}"),
+        _ => format!("the folder {place} has {names} and {more} more"),
     }
 }
 
@@ -128,12 +128,12 @@ fn refuse_order(
 ) -> Result<(), MeshError> {
     match section {
         "MeshFormat" => {
-            let help = "this looks like two files in one: a block has one mesh, so give each \
-                        file a block";
+            let help = "the file seems to consist of two meshes: save each in a file of its own, \
+                        for a block of its own";
             Err(scanner.fault("the section occurs twice", help))
         }
         "Nodes" if collector.has_nodes() => {
-            let help = "put all nodes into one, or write the file again with Gmsh";
+            let help = "put all nodes into one section, or write the file again with Gmsh";
             Err(scanner.fault("the section occurs twice", help))
         }
         "Entities" | "PartitionedEntities" if has(opened, "$Elements") => {
@@ -141,7 +141,7 @@ fn refuse_order(
         }
         "Elements" if !collector.has_nodes() => {
             let problem = format!(
-                "$Nodes must come before $Elements; before it are {}",
+                "$Nodes must come before $Elements; the sections before it are {}",
                 opened.join(", ")
             );
             Err(scanner.fault(problem, DAMAGED))
@@ -160,8 +160,8 @@ enum Version {
     Four,
 }
 
-const KIND_LINE: &str = "the line holds the version, 0 for text or 1 for binary, and 8, the bytes \
-     of a number, as in 4.1 0 8";
+const KIND_LINE: &str = "the line consists of the version, 0 for text or 1 for binary, and 8, the \
+     number of bytes of a number, as in 4.1 0 8";
 
 /// Reads `$MeshFormat`: version, text or binary, byte order.
 fn format(scanner: &mut Scanner) -> Result<Version, MeshError> {
@@ -184,7 +184,7 @@ fn format(scanner: &mut Scanner) -> Result<Version, MeshError> {
                 let help = "for a file of text, write 0 before the size of numbers, as in 4.1 0 8";
                 return Err(scanner.fault("the file is marked as binary, but is text", help));
             }
-            _ => return Err(scanner.fault("the mark of the byte order is not 1", DAMAGED)),
+            _ => return Err(scanner.fault("the number for the byte order is not 1", DAMAGED)),
         };
     } else if scanner.has_mark_of_byte_order() {
         let help = "for a binary file, write 1 before the size of numbers, as in 4.1 1 8";
@@ -201,7 +201,7 @@ fn kind(scanner: &mut Scanner) -> Result<(Version, bool), MeshError> {
         "4.1" => Version::Four,
         "2.2" => Version::Two,
         other => {
-            let problem = format!("version {other} is not supported, only 4.1 and 2.2 are");
+            let problem = format!("version {other} is not supported; expected 4.1 or 2.2");
             return Err(scanner.fault(problem, rewrite));
         }
     };
@@ -215,7 +215,7 @@ fn kind(scanner: &mut Scanner) -> Result<(Version, bool), MeshError> {
     };
     let size = scanner.text_size("the size of numbers")?;
     if size != 8 {
-        let problem = format!("numbers of {size} bytes are not supported, only 8 are");
+        let problem = format!("numbers of {size} bytes are not supported; expected 8");
         return Err(scanner.fault(problem, rewrite));
     }
     Ok((version, binary))
@@ -224,8 +224,8 @@ fn kind(scanner: &mut Scanner) -> Result<(Version, bool), MeshError> {
 /// Largest number of characters of a line in a message.
 const LONGEST: usize = 60;
 
-const NAME_LINE: &str = "as in 2 1 \"stone\": dimensions are 0 to 3, numbers below 2^31, and a \
-     name stands between quotes in one line";
+const NAME_LINE: &str = "write a line such as 2 1 \"stone\": a dimension from 0 to 3, a number \
+     below 2^31, and a name in quotes";
 
 /// Reads `$PhysicalNames`, which is text in binary files, too.
 fn physical_names(scanner: &mut Scanner, collector: &mut Collector) -> Result<(), MeshError> {

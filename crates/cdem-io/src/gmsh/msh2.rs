@@ -7,10 +7,10 @@ use super::cell_type::cell_kind;
 use super::collect::Collector;
 use super::scan::{COUNTS_LINE, DAMAGED, Encoding, SWAPPED, Scanner};
 
-const NODE_LINE: &str = "a line holds the number of a node and its three coordinates, in the \
-     plane too";
-const ELEMENT_LINE: &str = "a line holds the number of an element, its type, the number of its \
-     tags, these, and as many nodes as the type has";
+const NODE_LINE: &str = "a line consists of the number of a node and three coordinates, in 2-D \
+     too";
+const ELEMENT_LINE: &str = "a line consists of the number of an element, its type, the number of \
+     its tags, the tags, and as many nodes as the type has";
 
 /// Reads `$Nodes`.
 pub(super) fn nodes(scanner: &mut Scanner, collector: &mut Collector) -> Result<(), MeshError> {
@@ -74,7 +74,8 @@ fn binary_elements(
     let count = positive(scanner, "a number of elements")? as usize;
     let tag_count = positive(scanner, "the number of tags")?;
     if count == 0 || count > most {
-        let problem = format!("{count} elements in a row, where 1 to {most} are left");
+        let problem =
+            format!("expected 1 to {most} elements in a row, as many as are left, found {count}");
         let swapped = (count as u32).swap_bytes() as usize;
         let help = if (1..=most).contains(&swapped) {
             SWAPPED

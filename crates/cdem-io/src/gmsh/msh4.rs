@@ -19,12 +19,12 @@ pub(super) struct Entity {
 /// Group set of each geometric entity.
 pub(super) type EntitySets = BTreeMap<Entity, u32>;
 
-const PLACE_LINE: &str = "a line holds the three coordinates of a node, in the plane too; numbers \
-     of nodes come before";
+const PLACE_LINE: &str = "a line consists of the three coordinates of a node, in 2-D too; the \
+     numbers of the nodes come before";
 const ELEMENT_LINE: &str =
-    "a line holds the number of an element and as many nodes as its type has";
-const UNKNOWN_ENTITY: &str = "entities tell which physical groups elements lie in: list this one \
-     in $Entities, or write the file again with Gmsh";
+    "a line consists of the number of an element and as many nodes as its type has";
+const UNKNOWN_ENTITY: &str = "$Entities gives the physical groups of each entity: add this one, or \
+     write the file again with Gmsh";
 
 /// Reads `$Entities`: the physical groups of each entity.
 pub(super) fn entities(
@@ -41,7 +41,7 @@ pub(super) fn entities(
             rest_of_entity(scanner, collector, sets, entity)?;
             if before.is_some_and(|before| before != sets[&entity]) {
                 let problem = format!(
-                    "entity {tag} of dimension {dimension} is there twice, in other physical groups"
+                    "entity {tag} of dimension {dimension} occurs twice, with different groups"
                 );
                 return Err(scanner.fault(problem, "leave one of them out"));
             }
@@ -179,8 +179,8 @@ pub(super) fn elements(
             None if sets.is_empty() => 0,
             None => {
                 let problem = format!(
-                    "elements of entity {tag} of dimension {dimension}, which $Entities does \
-                     not have"
+                    "entity {tag} of dimension {dimension} has elements, but is missing in \
+                     $Entities"
                 );
                 return Err(scanner.fault(problem, UNKNOWN_ENTITY));
             }
@@ -227,7 +227,7 @@ fn refuse_more(
     if count <= left {
         return Ok(());
     }
-    let problem = format!("{count} {things} of an entity, where the section has {left} more");
+    let problem = format!("an entity has {count} {things}, but the section has only {left} left");
     Err(scanner.fault(problem, COUNTS))
 }
 
@@ -240,6 +240,7 @@ fn check_total(
     if found == announced {
         return Ok(());
     }
-    let problem = format!("{announced} {things} are announced, but {found} are there");
+    let problem =
+        format!("the section gives {announced} as its number of {things}, but has {found}");
     Err(scanner.section_fault(problem, COUNTS))
 }

@@ -9,15 +9,16 @@ pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 pub(super) const DAMAGED: &str = "the file is cut off or damaged: write it again with Gmsh";
 
 /// Help for numbers that make sense only with their bytes in reverse order.
-pub(super) const SWAPPED: &str = "in the other byte order it would fit: the mark of the byte order \
-     in $MeshFormat is wrong; write the file again with Gmsh";
+pub(super) const SWAPPED: &str = "it would fit in the other byte order: the number for the byte \
+     order in $MeshFormat is wrong; write the file again with Gmsh";
 
 /// Help for counts that contradict each other or the content.
-pub(super) const COUNTS: &str = "mend the counts of the section, or write the file again with Gmsh";
+pub(super) const COUNTS: &str =
+    "correct the counts of the section, or write the file again with Gmsh";
 
 /// Help for counts that are not laid out as the version requires.
-pub(super) const COUNTS_LINE: &str = "in version 2.2 one count stands here, in 4.1 four numbers: \
-     is the version in $MeshFormat right?";
+pub(super) const COUNTS_LINE: &str = "version 2.2 has one count here, version 4.1 has four \
+     numbers: check the version in $MeshFormat";
 
 /// Encoding of the numbers in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -177,7 +178,9 @@ impl<'a> Scanner<'a> {
         {
             Some(count) => Ok(count),
             None => {
-                let problem = format!("{count} {things} are announced, but {left} bytes are left");
+                let problem = format!(
+                    "the file gives {count} as a number of {things}, but has only {left} bytes left"
+                );
                 let swapped = count.swap_bytes() <= (left / each.max(1)) as u64;
                 let is_binary = self.encoding != Encoding::Text;
                 let help = if is_binary && swapped {
@@ -229,7 +232,7 @@ impl<'a> Scanner<'a> {
         if place.iter().all(|x| x.is_finite()) {
             return Ok(place);
         }
-        let problem = format!("node {node} is at {place:?}, which is no place");
+        let problem = format!("node {node} is at {place:?}; its coordinates must be finite");
         Err(self.fault(problem, "check the geometry and mesh it again"))
     }
 
@@ -371,7 +374,7 @@ fn advice(token: &[u8]) -> &'static str {
     } else if is_number_with('d', "e") {
         "an exponent is written with e, as in 1.5e-3"
     } else if word.starts_with("**") {
-        "a number that did not fit into its columns: write it with more of them"
+        "a number was too long for its columns: write it with more columns"
     } else {
         DAMAGED
     }

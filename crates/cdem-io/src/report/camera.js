@@ -1,5 +1,5 @@
-// Where the blocks are seen from. Points are relative to the middle of the box of all frames, m;
-// matrices are column by column, for WebGL.
+// The camera. Points are relative to the middle of the box of all frames, m. Matrices are
+// stored by columns, for WebGL.
 
 // Size of the view over that of the box: some is left free, in the plane for the scale bar.
 const PLANE_MARGIN = 1.2;
@@ -9,7 +9,7 @@ const ORBIT_MARGIN = 1.12;
 class PlaneCamera {
   constructor(extent) {
     this.extent = extent;
-    // What the fill of blocks is multiplied by where it is turned away from the light.
+    // Factor on the fill of blocks on the side away from the light.
     this.ambient = 1;
     this.light = [0, 0, 1];
     // Depth in front of which edges are cut off; without perspective all points have depth 1.

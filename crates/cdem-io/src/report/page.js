@@ -9,7 +9,7 @@ const ROUND_OFF = 1e-9;
 // Rows of the table of blocks, at most.
 const LISTED_BLOCKS = 200;
 
-// What goes wrong after loading is counted, for those who test the page.
+// Errors after loading are counted, for tests of the page.
 function countErrors() {
   root.dataset.errors = "0";
   const another = () => {
@@ -73,7 +73,7 @@ function showHead({ title, version, summary, history }) {
     const until = last === undefined ? "" : ` The results reach t = ${quantity(last, "s")}.`;
     status.dataset.status = "unknown";
     status.append(htmlElement("strong", {}, "Unfinished"),
-      ` – there is no summary: the run goes on, or was killed.${until}`);
+      ` – there is no summary yet: the run is still going on, or was killed.${until}`);
   }
 }
 
@@ -109,7 +109,7 @@ function modelFacts(data) {
 
 function runFacts(summary, exchanged) {
   const levels = summary.levels.filter((number) => number > 0).length > 1
-    ? [["Elements per level of time", summary.levels.map(count).join(", ")]] : [];
+    ? [["Elements per time level", summary.levels.map(count).join(", ")]] : [];
   const memory = summary.peak_memory_bytes === null ? []
     : [["Peak memory", quantity(summary.peak_memory_bytes, "B", 3)]];
   const residual = exchanged > 0 ? percent(summary.energy_residual, exchanged)
@@ -119,7 +119,7 @@ function runFacts(summary, exchanged) {
     ["Simulated time", quantity(summary.time, "s")],
     ["Steps", `${count(summary.steps)} of ${quantity(summary.step, "s")}`],
     ["Wall time", duration(summary.wall_seconds)],
-    ["Set-up time", duration(summary.setup_seconds)],
+    ["Setup time", duration(summary.setup_seconds)],
     ["Speed", `${quantity(summary.updates_per_second, " element updates/s", 3)}`],
     ["Threads", count(summary.threads)],
     ["Contacts begun", count(summary.contacts_begun)],
@@ -170,12 +170,12 @@ function showEnergies(charts, history) {
   const shares = history.energy_residual.map((joule) =>
     (joule === null ? null : (100 * joule) / exchanged));
   const residual = { name: "", values: shares, colour: 1 };
-  const title = "Residual of the ledger, share of the largest energy exchanged";
+  const title = "Residual of the energy ledger, share of the largest energy exchanged";
   charts.add("energies", { title, unit: "%", series: [residual] });
   byId("ledger").append(ledger(history, entries, exchanged));
 }
 
-// What was there at the start and is at the end.
+// Energies at the start and at the end.
 function ledger(history, entries, exchanged) {
   const all = [...entries, ["energy_residual", "residual"]];
   const at = (row) => all.map(([column]) => history[column].at(row));
@@ -185,7 +185,7 @@ function ledger(history, entries, exchanged) {
   const rows = all.map(([, name], i) =>
     [name, quantity(start[i], "J"), quantity(end[i], "J"), percent(end[i], exchanged)]);
   const most = quantity(exchanged, "J");
-  return table(`The ledger; shares are of the largest energy exchanged, ${most}`, columns, rows);
+  return table(`The energy ledger, with shares of the largest energy exchanged, ${most}`, columns, rows);
 }
 
 // Curves of those components of vectors that are not all round-off.
@@ -221,7 +221,7 @@ function showMotion(charts, { block_rows: rows, blocks }) {
   charts.add("motion", { title: "Contact force", unit: "N", time: rows.time, series: of("force") });
   const most = rows.blocks.length < blocks.length ? `The ${count(rows.blocks.length)} of ${
     counted(blocks.length, "block")} that had the most kinetic energy. ` : "";
-  byId("motion-note").textContent = `${most}Contact forces are means since the row before.`;
+  byId("motion-note").textContent = `${most}Contact forces are means since the previous row.`;
 }
 
 function showContacts(charts, { contacts, history }) {
@@ -286,7 +286,7 @@ function showBlocks(blocks) {
 
 function showReproduction({ version, summary, scene }) {
   byId("reproduce-note").textContent = `With cdem ${summary?.version ?? version}, in a folder ` +
-    "that holds the scene below and the meshes it names. The number of threads changes no result.";
+    "with the scene below and its mesh files. The number of threads has no effect on results.";
   byId("commands").textContent = "cdem run scene.toml\ncdem report scene-results";
   byId("scene-text").textContent = scene;
   byId("scene-link").href = URL.createObjectURL(new Blob([scene], { type: "text/plain" }));
@@ -379,7 +379,7 @@ class AnimationView {
     new CameraPointer(this.canvas, this.camera, () => this.requestDraw());
     new ResizeObserver(() => this.requestDraw()).observe(this.canvas);
     this.canvas.addEventListener("webglcontextlost", () => sayNoAnimation(
-      "The graphics card has dropped the animation; loading the page again brings it back."));
+      "The browser has lost the animation. Load the page again to see it."));
     document.addEventListener("keydown", (event) => this.onKey(event));
     this.charts.seek = (time) => this.player.seek(time);
     this.connectControls();
@@ -436,10 +436,10 @@ class AnimationView {
       "Drag to turn, with Shift or the right button to move";
     const { left_out: left } = this.motion;
     const missing = left > 0 ? ` ${counted(left, "frame")} left out here to keep the page small; ` +
-      "all are in the results, for ParaView." : "";
+      "the results have all of them, for ParaView." : "";
     byId("viewer-help").textContent = `${drag}; the wheel zooms, a double click resets. ` +
-      "Space plays, ← and → step through frames; with Shift, arrows do what dragging does; " +
-      `+ and − zoom. Clicking a chart goes to its time.${missing}`;
+      "Space plays, ← and → step through frames; Shift and an arrow act like a drag; " +
+      `+ and − zoom. A click on a chart goes to its time.${missing}`;
     this.canvas.setAttribute("aria-label", `Animation of ${this.data.title || "the blocks"}`);
   }
 
@@ -450,7 +450,7 @@ class AnimationView {
 
   onKey(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || !this.isInView()) return;
-    // What has the focus may want the key for itself.
+    // The element with the focus may need the key.
     const wanting = event.key === " " ? "button, select, input, summary, a"
       : "select, input:not(#scrub), pre, .scroll";
     if (event.target.closest?.(wanting)) return;
@@ -460,7 +460,7 @@ class AnimationView {
     action();
   }
 
-  // What keys do; many keyboards have + only with Shift.
+  // Actions of keys; many keyboards have + only with Shift.
   actions(shifted) {
     const step = (direction) => () => this.player.step(direction);
     const turn = (dx, dy) => () => this.moveCamera("turn", dx, dy);
@@ -537,7 +537,7 @@ function sayNoAnimation(why) {
 }
 
 async function showAnimation(data, charts) {
-  if (!data.motion) return sayNoAnimation("The results hold no frames to show.");
+  if (!data.motion) return sayNoAnimation("The results have no frames.");
   if (!("DecompressionStream" in window)) throw new MissingPart("DecompressionStream");
   const working = (share) => sayNoAnimation(`Unpacking frames: ${Math.floor(100 * share)} %`);
   const motion = await decodeMotion(data.motion, working);
@@ -560,11 +560,11 @@ async function showPage() {
     await showAnimation(data, charts);
   } catch (error) {
     if (!(error instanceof MissingPart)) {
-      sayNoAnimation("Pictures and animation cannot be shown.");
+      sayNoAnimation("Pictures and animation are not possible here.");
       throw error;
     }
     sayNoAnimation(`Pictures and animation need ${error.message}, which this browser does not ` +
-      "offer. All else on this page is whole.");
+      "have. The rest of this page is complete.");
   }
   showContents();
 }
@@ -580,7 +580,7 @@ function start() {
       root.dataset.state = "ready";
     } catch (error) {
       root.dataset.state = `failed: ${error.message}`;
-      byId("failure").textContent = `This page could not be shown in full: ${error.message}`;
+      byId("failure").textContent = `Parts of this page are missing: ${error.message}`;
       byId("failure").hidden = false;
     }
   });

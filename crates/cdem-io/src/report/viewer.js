@@ -40,8 +40,8 @@ function colourTable(stops) {
   return table;
 }
 
-// What colours can tell of a motion, the first to begin with: in space it is the blocks, for
-// light and shadow are not to be seen on the dark colours of what rests.
+// Fields for colours, the default first. In 3-D the default is the block, because light and
+// shadow are invisible on the dark colours of blocks at rest.
 function fieldsOf(motion, dimension) {
   const block = { name: "block", label: "block" };
   const speed = { name: "speed", label: "speed", unit: "m/s", scale: motion.speed_scale,
@@ -67,7 +67,7 @@ function blockColourTable(numbers) {
   return Uint8Array.from(colours.flatMap((colour) => [...colour, 255]));
 }
 
-// What the colours of a field mean.
+// The key to the colours of a field.
 function colourKey(field, blocks, numbers) {
   if (field.stops) return valueKey(field);
   const item = (colour, text) => {
@@ -78,7 +78,7 @@ function colourKey(field, blocks, numbers) {
   const moving = blocks.map(({ name }, i) => [name, numbers[i]]).filter(([, n]) => n !== null);
   const items = moving.length <= BLOCK_COLOURS.length
     ? moving.map(([name, number]) => item(blockColour(number), name))
-    : [htmlElement("span", {}, "Each block has a colour of its own; colours repeat.")];
+    : [htmlElement("span", {}, "Each block has one colour; colours repeat.")];
   if (numbers.includes(null)) items.push(item(rgb(FIXED_COLOUR), "fixed"));
   return htmlElement("div", { class: "key" }, ...items);
 }
@@ -486,7 +486,7 @@ class Player {
     [this.start, this.end] = [this.times[0], this.times.at(-1)];
     this.time = this.start;
     this.playing = false;
-    // How long the whole takes, s.
+    // Duration of the whole animation, s.
     this.duration = 8;
   }
 

@@ -17,7 +17,7 @@ pub enum ResultsError {
         path: PathBuf,
     },
     /// The folder has an earlier run.
-    #[error("the results folder {} holds an earlier run", path.display())]
+    #[error("the results folder {} contains an earlier run", path.display())]
     EarlierRun {
         /// The folder asked for.
         path: PathBuf,
@@ -25,7 +25,10 @@ pub enum ResultsError {
         has_checkpoints: bool,
     },
     /// The folder has an entry that no run wrote.
-    #[error("the results folder {} is not empty: {} is not of a run", path.display(), entry.display())]
+    #[error(
+        "the results folder {} is not empty: {} is no file of a run",
+        path.display(), entry.display()
+    )]
     Foreign {
         /// The folder asked for.
         path: PathBuf,
@@ -33,7 +36,7 @@ pub enum ResultsError {
         entry: PathBuf,
     },
     /// The scene to run is in the folder that the run would replace.
-    #[error("the results folder {} holds the scene itself", path.display())]
+    #[error("the results folder {} contains the scene itself", path.display())]
     HoldsScene {
         /// The folder asked for.
         path: PathBuf,
@@ -45,13 +48,13 @@ pub enum ResultsError {
         path: PathBuf,
     },
     /// The folder has no run.
-    #[error("{} is not a folder of results", path.display())]
+    #[error("{} is no results folder", path.display())]
     NoRun {
         /// The folder asked for.
         path: PathBuf,
     },
     /// The run has no checkpoint.
-    #[error("the run in {} has no checkpoint to go on from", path.display())]
+    #[error("the run in {} has no checkpoint to resume from", path.display())]
     NoCheckpoint {
         /// The folder asked for.
         path: PathBuf,
@@ -65,7 +68,7 @@ pub enum ResultsError {
         why: String,
     },
     /// The run had stopped itself at its last checkpoint.
-    #[error("the run stopped itself, and cannot go on: {reason}")]
+    #[error("the run stopped itself and cannot be resumed: {reason}")]
     Stopped {
         /// Reason for which it stopped.
         reason: String,
@@ -88,7 +91,7 @@ pub enum ResultsError {
         why: String,
     },
     /// The folder no longer exists.
-    #[error("the results folder {} is no longer there", path.display())]
+    #[error("the results folder {} no longer exists", path.display())]
     Gone {
         /// The folder.
         path: PathBuf,
@@ -159,43 +162,45 @@ impl ResultsError {
                 has_checkpoints: true,
                 ..
             } => format!(
-                "if that run was interrupted, go on with {resume}; or replace it with {force}, or \
+                "resume that run with {resume} if it was interrupted, replace it with {force}, or \
                  name another folder{naming}"
             ),
             Self::EarlierRun { .. } => {
                 format!("replace that run with {force}, or name another folder{naming}")
             }
-            Self::Foreign { .. } => format!(
-                "name a new folder{naming}; {force} replaces earlier runs, never anything else"
-            ),
+            Self::Foreign { .. } => {
+                format!("name a new folder{naming}; {force} replaces only earlier runs")
+            }
             Self::HoldsScene { .. } => format!("name another folder{naming}, or move the scene"),
             Self::Busy { .. } => format!("wait until it is done, or name another folder{naming}"),
-            Self::NoRun { .. } => format!("name the folder that {run} wrote its results to"),
+            Self::NoRun { .. } => format!("name a folder with results of {run}"),
             Self::NoCheckpoint { .. } => format!(
-                "it was ended before the first one (`output.checkpoint`, in seconds; 0: none): run \
-                 the scene again, with {force} to replace that run"
+                "it ended before the first checkpoint, or has `output.checkpoint` = 0: run the \
+                 scene again, with {force} to replace that run"
             ),
             Self::Checkpoint { .. } => format!(
-                "go on with the version of cdem that wrote it, if that is another one; else run the \
-                 scene again, with {force} to replace that run, and if nothing has happened to the \
-                 file, report it as a defect"
+                "if another version of cdem wrote it, resume with that version; else run the scene \
+                 again, with {force} to replace that run; if nothing has changed the file, \
+                 report a defect"
             ),
             Self::Stopped { .. } => {
                 format!("change the scene and run it again, with {force} to replace this run")
             }
             Self::Unusable(_) => {
-                "go on with the version of cdem that wrote it; if this is the one, report a defect"
+                "resume with the version of cdem that wrote it; if it is this one, report a defect"
                     .to_owned()
             }
             Self::Frame { .. } => {
-                "run the scene again: the file is not as it was written".to_owned()
+                "the file has changed since it was written: run the scene again".to_owned()
             }
             Self::Gone { .. } => format!(
-                "it was removed or moved while the run wrote to it: run the scene again, or go on \
-                 from the last checkpoint with {resume} and the folder where it is now"
+                "it was removed or moved during the run: run the scene again, or resume from the \
+                 last checkpoint with {resume} and the new path of the folder"
             ),
-            Self::Scene { .. } => "the scene of the results is not as it was written".to_owned(),
-            Self::Read { .. } => "check that the folder exists and may be read".to_owned(),
+            Self::Scene { .. } => {
+                "the scene of the results has changed since it was written".to_owned()
+            }
+            Self::Read { .. } => "check that the folder exists and that you may read it".to_owned(),
             Self::Write { source, .. } => help_with_writing(source.kind(), naming),
         }
     }
@@ -205,7 +210,7 @@ impl ResultsError {
 fn help_with_writing(kind: io::ErrorKind, naming: &str) -> String {
     match kind {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            "make room on the disk, or write less: fewer `output.frames` or `output.fields`"
+            "free space on the disk, or write fewer `output.frames` or `output.fields`"
                 .to_owned()
         }
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {

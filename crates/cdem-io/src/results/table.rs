@@ -69,11 +69,9 @@ impl Extent {
         let is = fs::metadata(path).map_or(0, |file| file.len());
         if is < self.length {
             let (length, name) = (self.length, name.display());
-            return Err(format!(
-                "counts on {length} bytes of {name}, which has {is}"
-            ));
+            return Err(format!("needs {length} bytes of {name}, which has {is}"));
         }
-        let unreadable = |error: io::Error| format!("counts on {}: {error}", name.display());
+        let unreadable = |error: io::Error| format!("needs {}: {error}", name.display());
         let file = File::open(path).map_err(unreadable)?;
         let mut file = BufReader::with_capacity(READ_AT_ONCE, file.take(self.length));
         let mut found = Self::default();
@@ -90,9 +88,7 @@ impl Extent {
             Ok(())
         } else {
             let name = name.display();
-            Err(format!(
-                "counts on {name} as it was, which has changed since"
-            ))
+            Err(format!("does not fit {name}, which has changed since"))
         }
     }
 }

@@ -38,11 +38,11 @@ pub(super) fn read(text: &str) -> Result<Tree, (Problem, Range<usize>)> {
 /// Returns advice on a key or table that occurs twice, for the text `before` it.
 fn duplicate_help(before: &str) -> &'static str {
     if before.trim_end().ends_with("[[") {
-        "it is a single table above: give all of them double brackets"
+        "the same table has single brackets above: write double brackets for all of them"
     } else if before.trim_end().ends_with('[') {
-        "a table stands once: move these keys to the first of this name"
+        "a table may occur only once: move these keys to the first table of this name"
     } else {
-        "a key stands once: delete one of them"
+        "a key may occur only once: remove one of them"
     }
 }
 
@@ -58,9 +58,11 @@ fn syntax_help(text: &str, span: &Range<usize>) -> Option<&'static str> {
             Some("the value is missing")
         }
         (before, _) if before.trim_end().ends_with('=') => {
-            Some("texts, and numbers with a unit, stand in quotes: \"40 GPa\"")
+            Some("write texts, and numbers with a unit, in quotes: \"40 GPa\"")
         }
-        (_, after) if digit_before && after.starts_with(',') => Some("decimals have a point: 0.5"),
+        (_, after) if digit_before && after.starts_with(',') => {
+            Some("write decimals with a point: 0.5")
+        }
         _ => None,
     }
 }
@@ -80,12 +82,12 @@ fn value(found: &DeValue<'_>, path: &KeyPath, problems: &mut Vec<Problem>) -> Va
     let read = match found {
         DeValue::String(text) => Ok(Value::String(text.to_string())),
         DeValue::Boolean(value) => Ok(Value::Bool(*value)),
-        DeValue::Integer(digits) => integer(digits).ok_or("too large a whole number"),
+        DeValue::Integer(digits) => integer(digits).ok_or("the whole number is too large"),
         DeValue::Float(digits) => {
             let float = digits.as_str().parse().ok().and_then(Number::from_f64);
             float.map(Value::Number).ok_or("must be a finite number")
         }
-        DeValue::Datetime(_) => Err("dates and clock times mean nothing in a scene"),
+        DeValue::Datetime(_) => Err("a scene has no dates or times of day"),
         DeValue::Array(items) => {
             let items = items.iter().enumerate();
             let items = items.map(|(i, item)| value(item.get_ref(), &path.index(i), problems));

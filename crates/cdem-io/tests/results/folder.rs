@@ -44,7 +44,7 @@ fn an_earlier_run_is_replaced_only_by_force() {
     let before = names(&place.results());
     assert_eq!(
         refused(&place, false),
-        "the results folder DIR holds an earlier run"
+        "the results folder DIR contains an earlier run"
     );
     claim(&place, true).expect("an earlier run may be replaced");
     assert_eq!(names(&place.results()), before, "claiming touches nothing");
@@ -68,7 +68,7 @@ fn a_killed_run_may_be_replaced() {
 fn nothing_but_a_run_is_ever_replaced() {
     let place = Place::new();
     let foreign = |entry: &str| {
-        let because = format!("the results folder DIR is not empty: {entry} is not of a run");
+        let because = format!("the results folder DIR is not empty: {entry} is no file of a run");
         for force in [false, true] {
             assert_eq!(refused(&place, force), because);
         }
@@ -117,7 +117,7 @@ fn links_out_of_a_run_are_not_followed() {
     std::os::unix::fs::symlink(&outside, place.results().join("frames")).expect("linked");
     assert_eq!(
         refused(&place, true),
-        "the results folder DIR is not empty: frames is not of a run"
+        "the results folder DIR is not empty: frames is no file of a run"
     );
 }
 
@@ -135,7 +135,7 @@ fn the_scene_is_never_replaced_by_its_run() {
     let scene = place.results().join("scene.toml");
     let error = Folder::claim(&place.results(), &scene, true).expect_err("must be refused");
     assert!(
-        error.to_string().ends_with("holds the scene itself"),
+        error.to_string().ends_with("contains the scene itself"),
         "{error}"
     );
 }

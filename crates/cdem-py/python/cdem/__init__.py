@@ -1,5 +1,5 @@
-"""Collisions between deformable blocks: explicit finite elements inside, spring-free contact
-between.
+"""Collisions between deformable blocks: explicit finite elements in the blocks, contact without
+springs between them.
 
     import cdem
 

@@ -1,5 +1,5 @@
 """
-The engine behind the package `cdem`: not for direct use.
+The engine of the package `cdem`; not for direct use.
 """
 
 from _typeshed import Incomplete, SupportsGetItem
@@ -16,34 +16,34 @@ class Mesh:
     """
     def __new__(cls, /, name: str, points: Incomplete, cells: SupportsGetItem[int, tuple[str, Incomplete]], groups: SupportsGetItem[int, tuple[str, SupportsIndex, SupportsGetItem[int, tuple[SupportsIndex, SupportsGetItem[int, SupportsIndex]]]]]) -> Mesh:
         """
-        `name` is what messages call it.
+        Creates a mesh; `name` is its name in messages.
         """
 
 @final
 class Run:
     """
-    A simulation, and the results that it writes, if any.
+    A simulation, and its results if it writes any.
     """
     def __new__(cls, /, source: Source, meshes: SupportsGetItem[int, tuple[str | PathLike[str], Mesh]], threads: SupportsIndex) -> Run:
         """
-        A run at its start. `meshes` are those at hand, under the path that the scene names.
+        A run at t = 0. `meshes` are meshes from arrays, by their paths in the scene.
         """
     def advance(self, /, until: SupportsFloat | SupportsIndex, steps: SupportsIndex, seconds: SupportsFloat | SupportsIndex) -> tuple[bool, int]:
         """
-        Steps until a time, s, the end, or for so many steps or seconds of wall-clock time;
-        whether that time or the end is reached, and how many steps were made.
+        Steps up to a time, s, the end, a number of steps, or a number of wall-clock seconds.
+        Returns true if that time or the end is reached, and the number of steps.
         """
     def blocks(self, /) -> dict:
         """
-        All blocks now, and where they lie in the arrays.
+        All blocks now, with their ranges in the arrays.
         """
     def cells(self, /) -> tuple[list[str], Any]:
         """
-        Kinds of all cells, and the points of all of them in a row.
+        Shapes of all cells, and the points of all cells in one array.
         """
     def close(self, /) -> None:
         """
-        Ends the results here, with a checkpoint to go on from.
+        Ends the results, with a checkpoint.
         """
     def contacts(self, /) -> dict:
         """
@@ -52,7 +52,7 @@ class Run:
     @property
     def dimension(self, /) -> int:
         """
-        2 in the plane, 3 in space.
+        Dimension of the scene: 2 or 3.
         """
     @property
     def end(self, /) -> float:
@@ -61,22 +61,22 @@ class Run:
         """
     def ended_contacts(self, /) -> dict:
         """
-        Contacts that have ended since this was last asked; of a run that writes results they
-        go there.
+        Contacts that have ended since the last call. A run with results writes them to its
+        folder instead.
         """
     def field(self, /, name: str) -> tuple[Any, int]:
         """
-        A field of points or cells, flat, and the number of its components.
+        A field of points or cells, flat, and its number of components.
         """
     @property
     def finished(self, /) -> bool:
         """
-        Whether the end is reached.
+        True if the end is reached.
         """
     @property
     def folder(self, /) -> Path | None:
         """
-        Folder of the results, if they are written.
+        Results folder; None if no results are written.
         """
     def history(self, /) -> dict:
         """
@@ -85,40 +85,39 @@ class Run:
     @staticmethod
     def load(folder: str | PathLike[str], is_recorded: bool, threads: SupportsIndex) -> Run:
         """
-        The run in a folder of results, from its last checkpoint; `is_recorded`: it goes on
-        writing to that folder.
+        The run in a results folder, at its last checkpoint. If `is_recorded`, results continue in
+        that folder.
         """
     def positions(self, /) -> Any:
         """
-        Places of all points, flat, m.
+        Positions of all points, flat, m.
         """
     def record(self, /, folder: str | PathLike[str], scene: str | PathLike[str], force: bool) -> None:
         """
-        Begins to write results to a folder; meshes are relative to that of the file `scene`.
+        Begins to write results to a folder. Paths of meshes are relative to the file `scene`.
         """
     def save(self, /, folder: str | PathLike[str] | None, scene: str | PathLike[str], force: bool) -> None:
         """
-        Writes a checkpoint: to the folder of the results, or to a new one.
+        Writes a checkpoint to the results folder, or to a new folder.
         """
     @property
     def scene(self, /) -> str:
         """
-        The scene as TOML, every default filled in, loads as they have become.
+        The scene as TOML, with all defaults filled in and all changes of loads.
         """
     def set_load(self, /, number: SupportsIndex, kind: str, value: str) -> None:
         """
-        Has a load push otherwise from now on: `kind` is "pressure" or "traction", `value` as
-        JSON.
+        Changes a load from now on. `kind` is "pressure" or "traction"; `value` is JSON.
         """
     def set_velocities(self, /, block: str | None, values: Incomplete, components: SupportsIndex) -> None:
         """
-        Gives the points of a block, or all, other velocities, m/s: flat, of so many components
-        each.
+        Sets the velocities, m/s, of the points of a block, or of all points. `values` are flat,
+        with `components` each.
         """
     @property
     def step_index(self, /) -> int:
         """
-        Coarse steps made.
+        Number of coarse steps so far.
         """
     @property
     def step_size(self, /) -> float:
@@ -132,13 +131,13 @@ class Run:
         """
     def warnings(self, /) -> list[str]:
         """
-        What the user should know.
+        Warnings for the user.
         """
 
 @final
 class Source:
     """
-    What a scene says: the text of a file, or the keys of a dictionary.
+    Contents of a scene: the text of a file, or the keys of a dictionary.
     """
     def __new__(cls, /, text: str, is_file: bool, path: str | PathLike[str]) -> Source: ...
 
@@ -149,10 +148,10 @@ def schema() -> str:
 
 def seconds(text: str) -> float:
     """
-    Seconds, of a text with a unit.
+    Seconds from text with a unit.
     """
 
 def written(source: Source) -> str:
     """
-    A scene as TOML, checked, every default filled in.
+    A scene as TOML, checked, with all defaults filled in.
     """

@@ -1,4 +1,4 @@
-"""Shapes of cells, and what they are called elsewhere."""
+"""Shapes of cells, with their names in other programs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Kind(NamedTuple):
     """Number in Gmsh."""
 
 
-#: All shapes by our names, elements first.
+#: All shapes by their names in cdem, elements first.
 KINDS = {
     kind.name: kind
     for kind in (
@@ -38,5 +38,5 @@ ELEMENTS = [name for name, kind in KINDS.items() if kind.dimension >= 2]
 
 
 def kind_of(name: str) -> Kind | None:
-    """The shape that goes by our name or meshio's."""
+    """The shape with this name, in cdem or meshio."""
     return KINDS.get(name) or _OF_MESHIO.get(name)

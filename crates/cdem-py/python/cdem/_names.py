@@ -1,16 +1,16 @@
-"""Names that there are not, told of with those that there are."""
+"""Messages about unknown names, with the known names."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-#: Names that a message lists at most.
+#: Largest number of names in a message.
 _MOST = 12
 
 
 def unknown(what: str, name: object, known: Iterable[str]) -> str:
-    """Says that there is no such thing, which one may have been meant, and which there are."""
+    """A message about an unknown name, with the nearest known name, or all of them."""
     names = list(known)
     advice = f"there are {_listed(names)}"
     if near := get_close_matches(str(name), names, n=1):

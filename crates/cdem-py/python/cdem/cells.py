@@ -1,4 +1,4 @@
-"""Cells, for those who draw them."""
+"""Cells, as input for plots."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class Cells:
     kinds: list[str]
     """The shape of each cell: `tri3`, `quad4`, `tet4`, `wedge6`, `hex8`."""
     connectivity: npt.NDArray[np.int64]
-    """The points of all cells, one cell after the other."""
+    """The point numbers of all cells, one cell after the other."""
     offsets: npt.NDArray[np.int64]
-    """Where each cell begins in `connectivity`; one more for the end."""
+    """Index of the first point of each cell in `connectivity`, and one more for the end."""
 
     def __init__(self, kinds: list[str], connectivity: npt.NDArray[Any]) -> None:
         self.kinds = kinds
@@ -41,7 +41,7 @@ class Cells:
     def of_kind(self, kind: str) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
         """Numbers of the cells of a shape, and their points: n × nodes.
 
-        kind: `tri3`, `quad4`, `tet4`, `wedge6` or `hex8`, or meshio's name of it.
+        kind: `tri3`, `quad4`, `tet4`, `wedge6` or `hex8`, or its name in meshio.
 
         Raises `ValueError` for another name.
         """
@@ -81,7 +81,7 @@ def to_pyvista(
     point_fields: Mapping[str, Any],
     cell_fields: Mapping[str, Any],
 ) -> pyvista.UnstructuredGrid:
-    """Points, cells and fields as a grid of PyVista."""
+    """Points, cells and fields as a PyVista grid."""
     import pyvista
 
     counts = np.diff(cells.offsets)

@@ -1,21 +1,21 @@
-"""What can go wrong. Messages are those of the command line, advice is for Python."""
+"""Errors. The messages are those of the command line, with advice for Python."""
 
 
 class Error(Exception):
-    """What all errors of this package have in common."""
+    """The base class of all errors of this package."""
 
 
 class SceneError(Error, ValueError):
-    """The scene is wrong; a line for each problem: where, what was expected, what to try."""
+    """The scene has errors. The message has a line for each: place, expectation, advice."""
 
 
 class MeshError(Error, ValueError):
-    """A mesh is wrong, or cannot be read."""
+    """A mesh has an error, or cannot be read."""
 
 
 class StepError(Error, RuntimeError):
-    """The run stopped itself: it has become unphysical. Its state stays, to be looked at."""
+    """The run stopped itself, because its state is unphysical. The state can still be examined."""
 
 
 class ResultsError(Error, OSError):
-    """A folder of results cannot be used, or the disk refuses."""
+    """A results folder cannot be used, or a file cannot be read or written."""

@@ -23,23 +23,23 @@ _Array = TypeVar("_Array", bound=npt.NDArray[Any])
 class Mesh:
     """A mesh for blocks of a scene: points, cells and named groups of cells.
 
-    Cells are elements, and where groups are wanted for boundary conditions and loads, lines
-    (2-D) or faces (3-D) on their boundary; shapes go by our names (`tri3`, `quad4`, `tet4`,
-    `wedge6`, `hex8`, `line`, `vertex`) or meshio's, nodes in the order of Gmsh and VTK. A load on
-    a group of elements acts on what they have of the boundary. Where several blocks have a group
-    of one name, `"a.top"` is what block `a` has of it.
+    Cells are elements. Groups for boundary conditions and loads may also need lines (2-D) or
+    faces (3-D) on the boundary. Shapes have the names `tri3`, `quad4`, `tet4`, `wedge6`, `hex8`,
+    `line`, `vertex`, or those of meshio. Nodes are in the order of Gmsh and VTK. A load on a
+    group of elements acts on their boundary facets. If several blocks have a group `top`,
+    `"a.top"` is the part of it in block `a`.
 
-    A mesh stays as it was made: its arrays are read-only.
+    A mesh cannot be changed: its arrays are read-only.
     """
 
     points: npt.NDArray[np.float64]
-    """Places of the points, m before `scale`: an array of n × 3."""
+    """Positions of the points, m before `scale`: an array of n × 3."""
     cells: tuple[tuple[str, npt.NDArray[np.int64]], ...]
-    """Shapes, and the points of the cells of each: arrays of cells × nodes."""
+    """Shapes, each with the points of its cells: an array of cells × nodes."""
     groups: Mapping[str, tuple[npt.NDArray[np.int64], ...]]
-    """Of each named group the numbers of its cells, for each entry of `cells`."""
+    """For each named group and each entry of `cells`: the numbers of its cells."""
     name: str
-    """What messages call it."""
+    """Its name in messages."""
 
     def __init__(
         self,
@@ -49,24 +49,24 @@ class Mesh:
         *,
         name: str = "mesh",
     ) -> None:
-        """A mesh of arrays, which are taken as they are now.
+        """A mesh from copies of arrays.
 
         points: n × 2 or n × 3.
-        cells: shapes, and of each an array of cells × nodes, points counted from 0.
-        groups: names, and of each its cells: a dictionary by shape, or an array for each entry of
-            `cells`; of the numbers of cells, or of a boolean for each.
-        name: what messages call it.
+        cells: shapes, each with an array of cells × nodes; points are counted from 0.
+        groups: names, each with its cells: a dictionary by shape, or one array for each entry of
+            `cells`. An array has the numbers of the cells, or a boolean for each cell.
+        name: its name in messages.
 
         Raises `MeshError`.
         """
-        # What has been checked stays as it is.
+        # Checked values must not change.
         put = partial(object.__setattr__, self)
         put("name", name)
         put("points", self._points_of(points))
         pairs = list(cells.items() if isinstance(cells, Mapping) else cells)
         if not all(map(_is_pair, pairs)):
             raise MeshError(
-                f"{name}: cells are shapes with an array of each, as in {{'tri3': triangles}}"
+                f"{name}: cells must be shapes, each with an array, as in {{'tri3': triangles}}"
             )
         put("cells", tuple(self._cells_of(kind, nodes) for kind, nodes in pairs))
         named = {key: self._group_of(key, parts) for key, parts in (groups or {}).items()}
@@ -74,12 +74,12 @@ class Mesh:
         self._engine_mesh(name)
         if not any(len(nodes) for kind, nodes in self.cells if kind in ELEMENTS):
             raise MeshError(
-                f"{name}: there are no elements; cells need some of shape {', '.join(ELEMENTS)}"
+                f"{name}: there are no elements; cells must have one of the shapes {', '.join(ELEMENTS)}"
             )
 
     @classmethod
     def of(cls, mesh: Any) -> Mesh:
-        """The mesh itself, or one of a `meshio.Mesh`: its groups are its cell sets, or the
+        """The mesh itself, or a mesh from a `meshio.Mesh`. The groups are its cell sets, or the
         physical groups of a Gmsh file.
 
         Raises `MeshError`.
@@ -88,22 +88,22 @@ class Mesh:
             return mesh
         if not all(hasattr(mesh, part) for part in ("points", "cells", "cell_data", "field_data")):
             kind = type(mesh).__name__
-            raise MeshError(f"a mesh is a path, a cdem.Mesh or a meshio.Mesh, not of type {kind}")
+            raise MeshError(f"a mesh must be a path, a cdem.Mesh or a meshio.Mesh, not of type {kind}")
         cells = [(block.type, block.data) for block in mesh.cells]
         groups = _sets(mesh) or _physical_groups(mesh)
         return cls(mesh.points, cells, groups, name="meshio.Mesh")
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
-        raise AttributeError(f"a mesh stays as it was made: make another for other {name}")
+        raise AttributeError(f"a mesh cannot be changed; create another mesh with other {name}")
 
     def __repr__(self) -> str:
         cells = ", ".join(f"{len(nodes)} {kind}" for kind, nodes in self.cells)
         return f"<cdem.Mesh: {len(self.points)} points, {cells}>"
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes the mesh as a Gmsh file (MSH 2.2), numbers in full.
+        """Writes the mesh as a Gmsh file (MSH 2.2), with all digits of the numbers.
 
-        Raises `MeshError` where it cannot.
+        Raises `MeshError` if the file cannot be written.
         """
         lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames"]
         tags = self._tags()
@@ -130,7 +130,7 @@ class Mesh:
         return tags
 
     def _element_lines(self, tags: Mapping[tuple[str, int], int]) -> Iterable[str]:
-        """A line for each cell and group that it lies in."""
+        """A line for each cell and each of its groups."""
         number = 0
         for entry, (kind, nodes) in enumerate(self.cells):
             of_cell: list[list[int]] = [[] for _ in nodes]
@@ -154,11 +154,11 @@ class Mesh:
         return _kept(padded)
 
     def _array_of(self, what: str, values: npt.ArrayLike) -> npt.NDArray[Any]:
-        """An array, of rows that are of one length."""
+        """An array with rows of one length."""
         try:
             return np.array(values)
         except ValueError as error:
-            raise MeshError(f"{self.name}: {what} are no array: {error}") from None
+            raise MeshError(f"{self.name}: {what} must be an array: {error}") from None
 
     def _cells_of(self, kind: str, nodes: npt.ArrayLike) -> tuple[str, npt.NDArray[np.int64]]:
         shape = kind_of(kind)
@@ -171,22 +171,22 @@ class Mesh:
         if array.ndim != 2 or array.shape[1] != count or array.dtype.kind not in "iu":
             size = " × ".join(map(str, array.shape))
             raise MeshError(
-                f"{self.name}: cells of shape {shape.name} are an array of whole numbers, "
+                f"{self.name}: cells of shape {shape.name} must be an array of whole numbers, "
                 f"n × {count}, not {size} of {array.dtype}"
             )
         self._check_points_of(shape.name, array)
         return shape.name, _kept(array.astype(np.int64))
 
     def _check_points_of(self, kind: str, nodes: npt.NDArray[Any]) -> None:
-        """Refuses points that there are not; of any type, before numbers are cut to fit ours."""
+        """Refuses points that do not exist, before the conversion of their numbers."""
         count = len(self.points)
         wrong = nodes[(nodes < 0) | (nodes >= count)]
         if wrong.size == 0:
             return
         counts_from_1 = nodes.min() >= 1 and nodes.max() == count
-        hint = " (these seem to count from 1: subtract 1)" if counts_from_1 else ""
+        hint = " (if yours are counted from 1, subtract 1)" if counts_from_1 else ""
         raise MeshError(
-            f"{self.name}: cells of shape {kind} have point {wrong[0]}; there are {count}, "
+            f"{self.name}: cells of shape {kind} have point {wrong[0]}; there are {count} points, "
             f"counted from 0{hint}"
         )
 
@@ -204,16 +204,16 @@ class Mesh:
         return tuple(self._members_of(name, kind, len(nodes), part) for (kind, nodes), part in entries)
 
     def _by_entry(self, name: str, parts: Mapping[str, npt.ArrayLike]) -> list[npt.ArrayLike]:
-        """What a group has of each entry of cells, by their shapes, each of which is there once."""
+        """The cells of a group for each entry of cells, from cells by shape. A shape occurs once."""
         kinds = [kind for kind, _ in self.cells]
         named: dict[str, npt.ArrayLike] = {}
         for kind, members in parts.items():
             shape = _name_of(kind)
             if shape not in kinds:
-                raise MeshError(f"{self.name}: group {name!r} has cells of shape {kind}, the mesh none")
+                raise MeshError(f"{self.name}: group {name!r} has cells of shape {kind}, but the mesh has none")
             if kinds.count(shape) > 1 or shape in named:
                 raise MeshError(
-                    f"{self.name}: cells of shape {shape} are there more than once: give group "
+                    f"{self.name}: cells of shape {shape} occur more than once: give group "
                     f"{name!r} an array for each entry of cells"
                 )
             named[shape] = members
@@ -222,7 +222,7 @@ class Mesh:
     def _members_of(
         self, name: str, kind: str, count: int, members: npt.ArrayLike
     ) -> npt.NDArray[np.int64]:
-        """Numbers of cells of a group, each once, of numbers or of a mask."""
+        """Numbers of the cells of a group, each once, from numbers or a mask."""
         what = f"group {name!r}: cells of shape {kind}"
         array = self._array_of(what, members)
         if array.size == 0:
@@ -232,19 +232,19 @@ class Mesh:
         if array.dtype.kind not in "iu" or array.ndim != 1:
             shape = " × ".join(map(str, array.shape))
             raise MeshError(
-                f"{self.name}: {what} are their numbers, or a boolean for each of {count}; not "
+                f"{self.name}: {what} must be their numbers, or a boolean for each of {count}, not "
                 f"{shape} of {array.dtype}"
             )
         wrong = array[(array < 0) | (array >= count)]
         if wrong.size:
             raise MeshError(
                 f"{self.name}: group {name!r} has cell {wrong[0]} of shape {kind}; there are "
-                f"{count}, counted from 0"
+                f"{count} such cells, counted from 0"
             )
         return _kept(np.unique(array).astype(np.int64))
 
     def _engine_mesh(self, path: str) -> _engine.Mesh:
-        """The mesh as the engine takes it, under a path."""
+        """The mesh for the engine, under a path."""
         cells = [(kind, nodes.ravel()) for kind, nodes in self.cells]
         groups = []
         for name, parts in self.groups.items():

@@ -1,4 +1,4 @@
-"""How far a run is, on one line: of stderr, or in the output of a cell of a notebook."""
+"""The progress of a run, on one line of stderr, or in the output of a notebook cell."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from cdem import _engine
 if TYPE_CHECKING:
     from IPython.display import DisplayHandle
 
-#: Seconds before a line is shown unasked, and between two.
+#: Seconds before the first line, if none was asked for, and between two lines.
 _PATIENCE = 2.0
 _INTERVAL = 0.2
 
 
 class Progress:
-    """A line that tells time, speed and time left while a run goes on."""
+    """A line with the time, the speed and the time left of a run."""
 
     def __init__(self, run: _engine.Run, until: float, wanted: bool | None) -> None:
         self._run = run
@@ -46,7 +46,7 @@ class Progress:
             self._shows.end()
 
     def update(self) -> None:
-        """Shows how far the run is, where it is time to."""
+        """Shows the progress if the last line is old enough."""
         now = time.monotonic()
         if self._is_wanted and now - self._shown >= _INTERVAL:
             self._shown = now
@@ -60,12 +60,12 @@ class Progress:
         share = min((now - began) / whole, 1.0) if whole > 0.0 else 1.0
         bar = ("━" * round(24 * share)).ljust(24, "─")
         speed = (self._run.step_index - step) / seconds
-        left = f"{seconds * (1.0 - share) / share:.0f} s left" if share > 0.0 else "no end in sight"
+        left = f"{seconds * (1.0 - share) / share:.0f} s left" if share > 0.0 else "time left unknown"
         return f"{bar} {100 * share:3.0f} %  t = {now:.3g} of {self._until:g} s, {speed:,.0f} steps/s, {left}"
 
 
 class _LineOfTerminal:
-    """A line of stderr that is written over and over."""
+    """A line of stderr that each new line replaces."""
 
     def __init__(self) -> None:
         self._width = 0
@@ -75,7 +75,7 @@ class _LineOfTerminal:
         return self._width > 0
 
     def show(self, line: str) -> None:
-        # Blanks wipe what is left of a longer line.
+        # Blanks remove the rest of a longer line.
         sys.stderr.write("\r" + line.ljust(self._width))
         sys.stderr.flush()
         self._width = len(line)
@@ -85,9 +85,7 @@ class _LineOfTerminal:
 
 
 class _LineOfNotebook:
-    """An output of a cell that is replaced over and over: a notebook keeps the last, where of a
-    stream it would keep them all.
-    """
+    """An output of a notebook cell that each new line replaces. A stream would keep all lines."""
 
     def __init__(self) -> None:
         self._handle: DisplayHandle | None = None
@@ -106,15 +104,15 @@ class _LineOfNotebook:
             self._handle.update({"text/plain": line}, raw=True)
 
     def end(self) -> None:
-        """It stays as it is."""
+        """Does nothing: the output stays."""
 
 
 def _is_watched() -> bool:
-    """Whether there is a terminal, or a notebook."""
+    """True in a terminal or a notebook."""
     return (sys.stderr is not None and sys.stderr.isatty()) or _is_notebook()
 
 
 def _is_notebook() -> bool:
-    """Whether this runs in a kernel, which shows rich output."""
+    """True in a notebook kernel, which shows rich output."""
     ipython = sys.modules.get("IPython")
     return ipython is not None and hasattr(ipython.get_ipython(), "kernel")

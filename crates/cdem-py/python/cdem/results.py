@@ -17,17 +17,17 @@ from cdem.errors import ResultsError
 from cdem.scene import Scene
 
 
-#: What may be done about a file that is not as a run writes it.
-_TORN = "it is not as the run wrote it: load the run and go on, or run it again"
+#: Advice on a damaged file.
+_TORN = "the file has changed since the run wrote it: load the run and go on, or run it again"
 
 
 class Results:
-    """Results of a run, which `read_results` makes: histories as pandas or NumPy, frames as
-    PyVista or meshio.
+    """Results of a run, from `read_results`: tables in pandas or NumPy, frames in PyVista or
+    meshio.
 
-    Files are read when they are asked for, those of a run in progress too; what they hold that
-    cannot be read raises `ResultsError`. Columns of tables are those of the files, in SI units:
-    vectors by component, as `vx`, `vy`, `vz`.
+    Each access reads its file, also during a run. An unreadable file raises `ResultsError`.
+    The columns of tables are those of the files, in SI units, with vectors by component, such as
+    `vx`, `vy`, `vz`.
     """
 
     folder: Path
@@ -37,17 +37,17 @@ class Results:
         self.folder = Path(folder)
         self._tables = tables or ("pandas" if find_spec("pandas") else "numpy")
         if self._tables not in ("pandas", "numpy"):
-            raise ValueError(f"tables are 'pandas' or 'numpy', not {tables!r}")
+            raise ValueError(f"tables must be 'pandas' or 'numpy', not {tables!r}")
         try:
             with open(self.folder / "history.csv", "rb") as file:
-                what = "its history.csv is that of something else"
+                what = "its history.csv is not from a run"
                 is_run = file.readline().startswith(b"step,time,kinetic_energy,")
         except OSError as error:
             what, is_run = f"history.csv: {error.strerror}", False
         if not is_run:
             raise ResultsError(
-                f"{self.folder} is not a folder of results: {what} "
-                "(name the folder that `record()` or `cdem run` wrote its results to)"
+                f"{self.folder} is no results folder: {what} "
+                "(name a folder with results of `record()` or `cdem run`)"
             )
 
     def __repr__(self) -> str:
@@ -56,7 +56,7 @@ class Results:
     @property
     def history(self) -> Any:
         """Energies, works and losses (J), momenta and impulse (N·s, N·m·s) and numbers of contacts
-        over time: the rows of `history.csv`, of which `Simulation.history` is one.
+        over time: the rows of `history.csv`. `Simulation.history` is one such row.
         """
         return self._table("history.csv", whole=("step", "contacts", "refined_blocks", "elements"))
 
@@ -69,19 +69,19 @@ class Results:
 
     @property
     def contacts(self) -> Any:
-        """When (s) and where (m) each contact point began and ended, its forces (N), impulses
-        (N·s) and slip (m). One that lasts has no `time_off`.
+        """Time (s) and position (m) of the start and end of each contact point, its forces (N),
+        impulses (N·s) and slip (m). A live contact has no `time_off`.
         """
         return self._table("contacts.csv", text=("main", "target", "type"), whole=("level",))
 
     @property
     def probes(self) -> Any:
-        """The motion of the probes of the scene: place and displacement (m), velocity (m/s)."""
+        """The motion of the probes: position and displacement (m), velocity (m/s)."""
         return self._table("probes.csv", text=("probe",))
 
     @property
     def summary(self) -> dict[str, Any]:
-        """How the run went; empty where it has not ended."""
+        """The contents of `summary.json`; empty if the run has not ended."""
         path = self.folder / "summary.json"
         if not path.is_file():
             return {}
@@ -93,17 +93,17 @@ class Results:
 
     @property
     def scene(self) -> Scene:
-        """The scene as run, every default filled in."""
+        """The scene of the run, with all defaults filled in."""
         return Scene.read(self.folder / "scene.toml")
 
     @property
     def frames(self) -> Frames:
-        """Pictures of the whole model over time."""
+        """Frames of the whole model over time."""
         return Frames(self.folder / "frames.pvd")
 
     @property
     def contact_frames(self) -> Frames:
-        """Contact points over time; they need pyvista."""
+        """Frames of the contact points over time. They need pyvista."""
         return Frames(self.folder / "contacts.pvd")
 
     def _text(self, path: Path) -> str:
@@ -115,9 +115,7 @@ class Results:
     def _table(
         self, name: str, text: Sequence[str] = (), whole: Sequence[str] = ()
     ) -> Any:
-        """A table by its columns. A last row without its end, as of a run that is being written
-        or was killed, is left out.
-        """
+        """A table by its columns. An incomplete last row, from a live or killed run, is left out."""
         header, rows = self._rows(self.folder / name)
         cells = list(zip(*rows, strict=True)) or [()] * len(header)
         columns: dict[str, Any] = {}
@@ -137,7 +135,7 @@ class Results:
         return table
 
     def _rows(self, path: Path) -> tuple[list[str], list[list[str]]]:
-        """Names of columns, and the rows that are whole."""
+        """Names of columns, and the complete rows."""
         lines = self._text(path).splitlines(keepends=True)
         if lines and not lines[-1].endswith("\n"):
             lines.pop()
@@ -150,7 +148,7 @@ class Results:
         return header, rows
 
     def _numbers(self, name: str, column: str, values: Sequence[str], kind: type) -> Any:
-        """A column of numbers; those that are not there are not a number."""
+        """A column of numbers; empty cells become NaN."""
         try:
             return np.array([value or "nan" for value in values]).astype(kind)
         except ValueError as error:
@@ -158,8 +156,8 @@ class Results:
 
 
 class Frames(Sequence[Any]):
-    """Frames of a run, each read when it is asked for: as a grid of PyVista where that is
-    installed, else as a `meshio.Mesh`.
+    """Frames of a run. Each access reads a file: as a PyVista grid if pyvista is installed, else
+    as a `meshio.Mesh`.
     """
 
     times: list[float]
@@ -198,7 +196,7 @@ class Frames(Sequence[Any]):
         return meshio.read(self._file(index))
 
     def pyvista(self, index: int) -> Any:
-        """A frame as a grid of PyVista."""
+        """A frame as a PyVista grid."""
         import pyvista
 
         return pyvista.read(self._file(index))
@@ -224,10 +222,10 @@ def _read(file: Path) -> Any:
 def read_results(
     folder: str | os.PathLike[str], *, tables: str | None = None
 ) -> Results:
-    """The results of a run, from its folder.
+    """The results of a run, from its results folder.
 
-    tables: "pandas" or "numpy" (structured arrays); pandas if left out and installed.
+    tables: "pandas" or "numpy" (structured arrays). Left out: pandas if it is installed.
 
-    Raises `ResultsError` where the folder is none of results.
+    Raises `ResultsError` if the folder has no results.
     """
     return Results(folder, tables)

@@ -1,4 +1,4 @@
-"""Scenes: everything that is said about a run, with the keys of a scene file."""
+"""Scenes: descriptions of runs, with the keys of a scene file."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _LISTS = ("material", "block", "boundary", "load", "probe")
 
 
 class Table(dict[str, Any]):
-    """A table of a scene: its keys are attributes too, `scene.time.end` is
+    """A table of a scene. Its keys are also attributes: `scene.time.end` is
     `scene.time["end"]`.
     """
 
     _place: str | None = None
-    # The key that it stands under, "" of a scene as a whole, if that is known: for hints.
+    # Key of the table in the scene, or "" for the scene itself; None if unknown. For hints.
 
     def __getattr__(self, key: str) -> Any:
         if key.startswith("_"):
@@ -53,25 +53,25 @@ class Table(dict[str, Any]):
 
 
 class Tables(list[Table]):
-    """Tables of one kind, as `scene.block`."""
+    """A list of tables, such as `scene.block`."""
 
     _place: str | None = None
 
     def add(self, **keys: Any) -> Table:
-        """Adds a table with these keys, and returns it."""
+        """Adds a table with these keys and returns it."""
         self.append(_wrapped(keys, self._place))
         return self[-1]
 
 
 class Scene:
-    """Everything that is said about a run: materials, blocks, loads, contact, output.
+    """The description of a run: materials, blocks, loads, contact, output.
 
-    A scene comes from a file, from a dictionary, or is built up key by key. Keys are those of
-    scene files, as attributes: tables such as `scene.time.end = 0.5`, and lists of tables such as
+    A scene comes from a file or a dictionary, or is built key by key. The attributes are the keys
+    of scene files: tables, as in `scene.time.end = 0.5`, and lists of tables, as in
     `scene.block.add(name="i", …)`. Numbers are in SI units, or text with a unit such as
-    `"40 GPa"`. `mesh` of a block may be a `cdem.Mesh`, or a `meshio.Mesh`, as well as a path.
+    `"40 GPa"`. The `mesh` of a block is a path, a `cdem.Mesh` or a `meshio.Mesh`.
 
-    What is wrong shows when a simulation is made of it, or with `check()`.
+    `check()` reports errors; so does the creation of a simulation.
     """
 
     def __init__(
@@ -82,10 +82,10 @@ class Scene:
         directory: str | os.PathLike[str] = ".",
         **more: Any,
     ) -> None:
-        """A scene of these keys, those of a dictionary and more; with none, an empty one.
+        """A scene with the keys of a dictionary, and with more keys; without any, an empty scene.
 
         keys: the keys of a scene file; `version = 1` may be left out.
-        directory: what paths of meshes are relative to.
+        directory: the folder to which paths of meshes are relative.
 
         Raises `SceneError` if `keys` is no dictionary.
         """
@@ -96,12 +96,12 @@ class Scene:
 
     @classmethod
     def _of(cls, keys: Mapping[str, Any]) -> Scene:
-        """A scene of keys that there must be."""
+        """A scene with keys that must be given."""
         return cls(_keys_of(keys))
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Scene:
-        """The scene in a file. Errors name line and column.
+        """The scene in a file. Errors give line and column.
 
         Raises `SceneError`.
         """
@@ -118,7 +118,7 @@ class Scene:
 
     @classmethod
     def parse(cls, text: str, path: str | os.PathLike[str] = "scene.toml") -> Scene:
-        """The scene in a TOML text that is, or could be, at `path`.
+        """The scene in a TOML text; `path` is the path of its file, which need not exist.
 
         Raises `SceneError`.
         """
@@ -126,7 +126,7 @@ class Scene:
         scene = cls(directory=Path(path).parent)
         keys = tomllib.loads(text)
         scene.__dict__["_keys"] = _wrapped(keys, "")
-        # As long as it is as it was read, messages name its lines.
+        # Messages give the lines of the file while the keys are unchanged.
         scene.__dict__["_file"] = (text, Path(path), _plain(keys, "", {}))
         return scene
 
@@ -152,43 +152,43 @@ class Scene:
 
     @property
     def directory(self) -> Path:
-        """What paths of meshes are relative to."""
+        """The folder to which paths of meshes are relative."""
         directory: Path = self._directory
         return directory
 
     def to_dict(self) -> dict[str, Any]:
-        """The keys that are set, as plain dictionaries and lists; meshes as they are."""
+        """The keys that are set, as plain dictionaries and lists. Meshes are not converted."""
         plain: dict[str, Any] = _unwrapped(self._keys)
         return plain
 
     def copy(self) -> Scene:
-        """A scene with the same keys, to be changed on its own."""
+        """An independent scene with the same keys."""
         return Scene(self.to_dict(), directory=self._directory)
 
     def check(self) -> None:
-        """Checks all keys, and what they say of each other; meshes are not looked at.
+        """Checks all keys, alone and against each other. It does not read meshes.
 
         Raises `SceneError`.
         """
         _engine.written(self._source()[0])
 
     def to_toml(self) -> str:
-        """The scene as the text of a file, every default filled in. Meshes of arrays have no
-        path that a text could name: `write` gives them one.
+        """The scene as the text of a file, with all defaults filled in. Meshes from arrays have
+        no path; `write` gives them one.
 
         Raises `SceneError`.
         """
         source, meshes = self._source()
         if meshes:
-            raise SceneError(f"{next(iter(meshes))} is one of arrays, and has no file: write(path) writes it one")
+            raise SceneError(f"{next(iter(meshes))} comes from arrays and has no file; write(path) writes one")
         return _engine.written(source)
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Writes the scene to a file that `cdem run` takes, every default filled in, and the
-        meshes of arrays beside it: under the name of the scene and the number of the block, as
-        in wall-1.msh. Earlier files of these names are replaced.
+        """Writes the scene to a file for `cdem run`, with all defaults filled in, and meshes from
+        arrays beside it. Their names consist of the name of the scene and the number of the
+        block, as in wall-1.msh. Files with these names are replaced.
 
-        Raises `SceneError` and `MeshError`; what is wrong with the scene before there is a file.
+        Raises `SceneError` and `MeshError`. If the scene has an error, no file is written.
         """
         path = Path(path)
         written = self.copy()
@@ -211,7 +211,7 @@ class Scene:
             raise SceneError(f"cannot write the scene {path}: {error}") from None
 
     def _source(self) -> tuple[_engine.Source, dict[str, Mesh]]:
-        """The scene for the engine, and its meshes of arrays by the paths that it has for them."""
+        """The scene for the engine, and the meshes from arrays by their paths in it."""
         meshes: dict[str, Mesh] = {}
         keys = _plain(self._keys, "", meshes)
         file = self._file
@@ -221,10 +221,10 @@ class Scene:
 
 
 def _keys_of(keys: Any) -> Mapping[str, Any]:
-    """The keys of a scene, which a dictionary has."""
+    """The keys of a scene; refuses anything but a dictionary."""
     if not isinstance(keys, Mapping):
         raise SceneError(
-            f"a scene is made of a dictionary of its keys, not of type {type(keys).__name__}; "
+            f"a scene needs a dictionary of its keys, not a value of type {type(keys).__name__}; "
             "Scene.read(path) reads a file"
         )
     return keys
@@ -232,7 +232,7 @@ def _keys_of(keys: Any) -> Mapping[str, Any]:
 
 @cache
 def _known_keys() -> dict[str, list[str]]:
-    """The keys of the tables of a scene, by the key that a table stands under; "" is the scene."""
+    """The keys of each table of a scene, by the key of the table; "" is the scene."""
     schema = json.loads(_engine.schema())
     tables = {name: table.get("properties", {}) for name, table in schema["$defs"].items()}
     known = {"": list(schema["properties"])}
@@ -245,9 +245,9 @@ def _known_keys() -> dict[str, list[str]]:
 
 
 def _wrapped(value: Any, place: str | None) -> Any:
-    """Tables and lists of them in the types that give their keys as attributes.
+    """Tables and lists of tables, as types with their keys as attributes.
 
-    place: the key that they stand under.
+    place: the key of the table or list.
     """
     if isinstance(value, Mapping):
         table = Table((str(key), _wrapped(inner, str(key))) for key, inner in value.items())
@@ -258,7 +258,7 @@ def _wrapped(value: Any, place: str | None) -> Any:
         tables = Tables(_wrapped(inner, place) for inner in value)
         tables._place = place
         return tables
-    # What becomes of an array elsewhere is not meant here.
+    # A later change of the array by its owner must not change the scene.
     return value.copy() if isinstance(value, np.ndarray) else value
 
 
@@ -272,11 +272,11 @@ def _unwrapped(value: Any) -> Any:
 
 
 def _plain(value: Any, path: str, meshes: dict[str, Mesh]) -> Any:
-    """What JSON can say. Meshes of arrays go to `meshes`, and leave a name there."""
+    """A value for JSON. Meshes from arrays go to `meshes`; their names take their place."""
     if isinstance(value, (str, bool, int)):
         return value
     if value is None:
-        raise SceneError(f"{path}: is None; leave the key out, or delete it, to have its default")
+        raise SceneError(f"{path}: must not be None; leave out or delete the key for its default")
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     if re.fullmatch(r"block\[\d+\]\.mesh", path):
@@ -287,7 +287,7 @@ def _plain(value: Any, path: str, meshes: dict[str, Mesh]) -> Any:
         return float(value)
     if isinstance(value, Mapping):
         inner = {key: _plain(v, f"{path}.{key}" if path else key, meshes) for key, v in value.items()}
-        # An empty table that was only looked at says nothing.
+        # A read access creates an empty table.
         return {key: v for key, v in inner.items() if not (v in ({}, []) and key in (*_TABLES, *_LISTS, "pair"))}
     if isinstance(value, np.ndarray) or isinstance(value, np.generic):
         return _plain(value.tolist(), path, meshes)
@@ -298,7 +298,7 @@ def _plain(value: Any, path: str, meshes: dict[str, Mesh]) -> Any:
 
 
 def _name_of(mesh: Mesh, path: str, meshes: dict[str, Mesh]) -> str:
-    """What a mesh of arrays that stands under `path` is called."""
+    """The name of the mesh from arrays at `path`."""
     known = [name for name, other in meshes.items() if other is mesh]
     name = known[0] if known else f"{mesh.name} of {path.removesuffix('.mesh')}"
     meshes[name] = mesh

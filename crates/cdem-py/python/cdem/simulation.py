@@ -1,4 +1,4 @@
-"""Simulations: stepped, looked at, changed between steps, saved."""
+"""Simulations: steps, queries, changes between steps, checkpoints."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 Vectors = npt.NDArray[np.float64]
 
-#: Wall-clock seconds between two looks for Ctrl-C and at the progress.
+#: Wall-clock seconds between two checks for Ctrl-C and updates of the progress.
 _LEG = 0.05
 
 _ENERGIES = (
@@ -54,8 +54,7 @@ class Block:
     angular_velocity: Vectors
     """Angular velocity, rad/s."""
     force: Vectors
-    """Resultant contact force, N: the mean since the last row of `blocks.csv`, or since the
-    start."""
+    """Resultant contact force, N: its mean since the last row of `blocks.csv`, or since t = 0."""
     points: slice
     """Its points in the arrays of points."""
     cells: slice
@@ -71,20 +70,20 @@ class _Blocks(dict[str, Block]):
 
 @dataclass(frozen=True, repr=False)
 class Contacts:
-    """Contact points, an entry of each array for each of them: the columns of `contacts.csv`."""
+    """Contact points: the columns of `contacts.csv`, with an entry for each contact point."""
 
     main: list[str]
-    """Blocks that give the vertex."""
+    """Names of the main blocks."""
     target: list[str]
-    """Blocks that give the edge or face."""
+    """Names of the target blocks."""
     type: list[str]
-    """Configurations, from `vertex-vertex` to `face-face`."""
+    """Contact types, from `vertex-vertex` to `face-face`."""
     time_on: Vectors
-    """First touches, s."""
+    """Times of first touch, s."""
     time_off: Vectors
-    """Separations, s; not a number while a contact lasts."""
+    """Times of release, s; NaN for a live contact."""
     position: Vectors
-    """Places of the first touches, m: n × 3."""
+    """Positions of the first touches, m: n × 3."""
     peak_normal_force: Vectors
     """Largest normal forces, N."""
     normal_impulse: Vectors
@@ -94,9 +93,9 @@ class Contacts:
     slip: Vectors
     """Path lengths of the slips, m."""
     level: npt.NDArray[np.int64]
-    """Halvings of the elements there."""
+    """Numbers of halvings of the elements there."""
     point: Vectors | None = None
-    """Where they are now, m: n × 3. Of live contacts, as what follows."""
+    """Positions now, m: n × 3. This and the following only for live contacts."""
     normal: Vectors | None = None
     """Unit normals, from target to main: n × 3."""
     force: Vectors | None = None
@@ -114,18 +113,17 @@ class Contacts:
 
 
 class Simulation:
-    """A run of a scene: stepped, looked at, changed between steps.
+    """A run of a scene: steps, queries, changes between steps.
 
-    Arrays hold the state of one instant, velocities synchronised with positions; they are made
-    by the engine and handed over without a copy, and no later step changes them. Vectors have
-    three components, as in result files; in 2-D the third is 0. While a simulation steps, other
-    threads of Python run, and it steps on threads of its own; the number of them changes no
-    result.
+    Arrays contain the synchronised state at one instant. The engine creates them and passes them
+    on without a copy, and no later step changes them. Vectors have three components, as in result
+    files; in 2-D the third is 0. A simulation steps on its own threads, and other Python threads
+    run meanwhile. The number of threads does not change results.
 
-    The bits are those that `cdem run` gives. With `record(DIR)` the files are, too.
+    The results have the same bits as those of `cdem run`; so do the files of `record(DIR)`.
     """
 
-    # A misspelt name that is set is an error.
+    # Assignment to a misspelt name is an error.
     __slots__ = ("_meshes", "_run", "_scene_path")
 
     def __init__(
@@ -134,10 +132,10 @@ class Simulation:
         *,
         threads: int | None = None,
     ) -> None:
-        """A run at its start.
+        """A run at t = 0.
 
         scene: a scene, a dictionary of its keys, or the path of a scene file.
-        threads: how many step; one for each processor if left out.
+        threads: number of threads. Left out: one for each processor.
 
         Raises `SceneError`, `MeshError`.
         """
@@ -160,10 +158,12 @@ class Simulation:
         record: bool = False,
         threads: int | None = None,
     ) -> Simulation:
-        """The run in a folder of results, as it was at its last checkpoint: one of this package,
-        or of `cdem run` that was stopped.
+        """The run in a results folder, at its last checkpoint. Both this package and `cdem run`
+        write checkpoints.
 
-        record: go on writing to that folder, as `cdem resume` does; else it is left as it is.
+        record: if true, results continue in that folder, as with `cdem resume`. Otherwise the
+            folder does not change.
+        threads: number of threads. Left out: one for each processor.
 
         Raises `ResultsError`, and `StepError` if the run has stopped itself.
         """
@@ -186,16 +186,16 @@ class Simulation:
 
     def __reduce__(self) -> str | tuple[Any, ...]:
         raise TypeError(
-            "a simulation is not copied or pickled: save() it to a folder, and load() it from there"
+            "a simulation cannot be copied or pickled; save() it to a folder and load() it from there"
         )
 
     def __repr__(self) -> str:
         return f"<cdem.Simulation: t = {self.time:.6g} s of {self._run.end:g} s>"
 
-    # ---- Going on
+    # ---- Steps
 
     def step(self, count: int = 1) -> None:
-        """Makes coarse steps, but none beyond the end, of which it warns.
+        """Makes coarse steps, up to the end of the scene. A warning says if the end cuts them short.
 
         Raises `StepError`, and `ResultsError` if results cannot be written.
         """
@@ -215,16 +215,16 @@ class Simulation:
     ) -> None:
         """Steps until a time, or to the end.
 
-        until: time, s, or text with a unit such as `"0.2 ms"`; the first coarse step at or after
-            it is the last. The end if left out; of a time after it, it warns.
-        callback: called with the simulation after each step, or after so many; if it returns
-            `True` or NumPy's, the run stops there.
-        every: coarse steps between two calls.
-        progress: show how far the run is; if left out, in terminals and notebooks, where it
-            takes more than two seconds.
+        until: time, s, or text with a unit such as `"0.2 ms"`. The run stops at the first coarse
+            step at or after it. Left out: the end of the scene. A later time gives a warning.
+        callback: function of the simulation, called after every `every` steps. If it returns
+            `True` (also NumPy's), the run stops there.
+        every: number of coarse steps between two calls.
+        progress: if true, a line shows the progress. Left out: true in terminals and notebooks,
+            for runs of more than two seconds.
 
-        Ctrl-C stops after the step that is being made: the simulation can be looked at, saved,
-        and go on. Raises `StepError`, and `ResultsError` if results cannot be written.
+        Ctrl-C stops the run after its current step. The simulation can then be examined, saved
+        and continued. Raises `StepError`, and `ResultsError` if results cannot be written.
         """
         every = _whole("every", every, 1)
         if callback is not None and not callable(callback):
@@ -251,7 +251,7 @@ class Simulation:
         end = f"the scene ends at t = {self._run.end:g} s"
         if self.finished:
             end = f"the run is at its end, t = {self.time:g} s"
-        warnings.warn(f"{end}: {what}; raise time.end of the scene to go on", stacklevel=3)
+        warnings.warn(f"{end}: {what}; for more steps, increase time.end of the scene", stacklevel=3)
 
     @property
     def time(self) -> float:
@@ -265,7 +265,7 @@ class Simulation:
 
     @property
     def step_index(self) -> int:
-        """Coarse steps made."""
+        """Number of coarse steps so far."""
         return self._run.step_index
 
     @property
@@ -275,15 +275,15 @@ class Simulation:
 
     @property
     def finished(self) -> bool:
-        """Whether the end is reached, or what `time.stop_when` asks for."""
+        """True at the end of the scene, or at rest as defined by `time.stop_when`."""
         return self._run.finished
 
-    # ---- Looking
+    # ---- Queries
 
     @property
     def scene(self) -> Scene:
-        """The scene as run: every default filled in, loads as they have become. Of a simulation
-        that was loaded, meshes of arrays are in the checkpoint, not in the scene.
+        """The scene of the run, with all defaults filled in and all changes of loads. In a loaded
+        simulation, meshes from arrays are in the checkpoint, not in the scene.
         """
         scene = Scene.parse(self._run.scene, self._scene_path)
         for block in scene.block if self._meshes else ():
@@ -293,36 +293,36 @@ class Simulation:
 
     @property
     def warnings(self) -> list[str]:
-        """What is not wrong, but should be looked at."""
+        """Warnings: probable mistakes in the scene, and doubts about the results."""
         return self._run.warnings()
 
     @property
     def history(self) -> dict[str, Any]:
-        """The row of `history.csv` now; momenta and impulse as vectors."""
+        """The row of `history.csv` now, with momenta and impulse as vectors."""
         return self._run.history()
 
     @property
     def energies(self) -> dict[str, float]:
-        """Energies, works, losses and the residual of the ledger now, J."""
+        """Energies, works, losses and the residual of the energy ledger now, J."""
         row = self._run.history()
         return {name: row[name] for name in _ENERGIES}
 
     @property
     def momentum(self) -> Vectors:
-        """Momentum of all blocks but the fixed, N·s."""
+        """Momentum of all blocks that are not fixed, N·s."""
         momentum: Vectors = self._run.history()["momentum"]
         return momentum
 
     @property
     def angular_momentum(self) -> Vectors:
-        """Angular momentum about the origin, N·m·s."""
+        """Angular momentum of all blocks that are not fixed, about the origin, N·m·s."""
         momentum: Vectors = self._run.history()["angular_momentum"]
         return momentum
 
     @property
     def blocks(self) -> dict[str, Block]:
-        """All blocks now, by name; parts of a split block as `i.1`, `i.2`, … A name that there
-        is not raises a `KeyError` that tells those that there are.
+        """All blocks now, by name. The parts of a split block `i` are `i.1`, `i.2`, … An unknown
+        name raises a `KeyError` that lists the known names.
         """
         rows = self._run.blocks()
         vectors = {
@@ -349,8 +349,8 @@ class Simulation:
         return _contacts(self._run.contacts())
 
     def ended_contacts(self) -> Contacts:
-        """Contacts that have ended since this was last asked. Of a simulation that records they
-        go to `contacts.csv`.
+        """Contacts that have ended since the last call. A simulation that records writes them to
+        `contacts.csv` instead.
 
         Raises `ResultsError` while results are recorded.
         """
@@ -358,7 +358,7 @@ class Simulation:
 
     @property
     def positions(self) -> Vectors:
-        """Places of all points, m: n × 3. On two scales there are more while blocks collide."""
+        """Positions of all points, m: n × 3. The two-scale model adds points during collisions."""
         positions: Vectors = self._run.positions().reshape(-1, 3)
         return positions
 
@@ -369,7 +369,7 @@ class Simulation:
 
     @property
     def velocities(self) -> Vectors:
-        """Velocities of the points, m/s: n × 3. May be set: see `set_velocities`."""
+        """Velocities of the points, m/s: n × 3. An assignment is the same as `set_velocities`."""
         return self.field("velocity")
 
     @velocities.setter
@@ -383,7 +383,7 @@ class Simulation:
 
     @property
     def stress(self) -> Vectors:
-        """Stress of the cells, Pa: n × 6, as xx yy zz xy yz zx."""
+        """Cauchy stresses of the cells, Pa: n × 6, as xx yy zz xy yz zx. Compression is negative."""
         return self.field("stress")
 
     def field(self, name: str) -> npt.NDArray[Any]:
@@ -412,26 +412,26 @@ class Simulation:
         return to_pyvista(self.positions, self.cells, *self._fields())
 
     def _fields(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Fields of points and of cells, for others to draw."""
+        """Fields of points and of cells, for plots."""
         of_points = ("displacement", "velocity", "contact_force")
         of_cells = ("stress", "von_mises", "level")
         return {name: self.field(name) for name in of_points}, {
             name: self.field(name) for name in of_cells
         }
 
-    # ---- Changing
+    # ---- Changes
 
     def set_velocities(self, values: npt.ArrayLike, block: str | None = None) -> None:
-        """Gives points other velocities at this instant.
+        """Sets the velocities of points at this instant.
 
-        values: m/s: one vector for all, or one for each point, of 2 or 3 components.
-        block: whose points; all if left out.
+        values: velocities, m/s: one vector for all points, or one for each, of 2 or 3 components.
+        block: name of the block. Left out: all points.
 
-        What is fixed or follows a boundary condition stays as it is. The energy and momentum
-        that this brings are counted as external work and impulse. A checkpoint holds what has
-        become of it. Raises `ValueError` for an unknown block, an array of another shape, what
-        is no finite number, or a third component that is not 0 in 2-D; `StepError` if the run
-        has stopped itself.
+        Fixed points and prescribed components do not change. The change of energy and momentum
+        counts as external work and impulse. A checkpoint contains the new velocities. Raises
+        `ValueError` for an unknown block, an array of another shape, a number that is not finite,
+        or a third component other than 0 in 2-D. Raises `StepError` if the run has stopped
+        itself.
         """
         names = () if block is None else self.blocks
         if block is not None and block not in names:
@@ -440,13 +440,13 @@ class Simulation:
         self._run.set_velocities(block, given.ravel(), given.shape[-1])
 
     def _velocities_of(self, values: npt.ArrayLike) -> Vectors:
-        """One vector, or several, of as many components as velocities may have."""
+        """One vector or several, with a valid number of components."""
         dimension = self._run.dimension
         given = np.asarray(values)
         if given.ndim not in (1, 2) or given.shape[-1] not in (dimension, 3):
             components = "2 or 3 components" if dimension == 2 else "3 components"
             raise ValueError(
-                f"velocities are one vector of {components}, or one for each point, not an array "
+                f"velocities must be one vector of {components}, or one for each point, not an array "
                 f"of shape {given.shape}"
             )
         if given.dtype.kind not in "iuf" or not np.all(np.isfinite(given)):
@@ -462,16 +462,16 @@ class Simulation:
         pressure: Any = None,
         traction: Any = None,
     ) -> None:
-        """Has a load of the scene push otherwise from now on.
+        """Changes a load of the scene from now on.
 
-        load: its group, or its number if there are several of that group.
-        pressure: what it becomes, as in a scene: a number, a text with a unit, or a table
+        load: group of the load, or its number if several loads have this group.
+        pressure: new pressure, as in a scene: a number, text with a unit, or a table
             [[time, value], …].
-        traction: the same of a traction.
+        traction: new traction, as in a scene.
 
-        Its work is counted as before. The scene tells of it, so that checkpoints do: up to now
-        the load is as it was, and then the new one. Raises `SceneError` for a value that cannot
-        be, and `ValueError` for a load that there is not, or one of the other kind.
+        The work of the load counts as before. The scene, and with it each checkpoint, contains
+        both: the old load up to now, and the new one afterwards. Raises `SceneError` for an
+        invalid value, and `ValueError` for an unknown load or one of the other kind.
         """
         given = [(k, v) for k, v in (("pressure", pressure), ("traction", traction)) if v is not None]
         if len(given) != 1:
@@ -490,19 +490,20 @@ class Simulation:
             raise ValueError(f"there are {len(fitting)} loads {load!r}; give the number of one of {fitting}")
         if kind not in loads[fitting[0]]:
             other = "traction" if kind == "pressure" else "pressure"
-            raise ValueError(f"the load {load!r} is a {other}, and stays one")
+            raise ValueError(f"the load {load!r} is a {other}; its kind cannot change")
         return fitting[0]
 
-    # ---- Keeping
+    # ---- Results and checkpoints
 
     def record(
         self, folder: str | os.PathLike[str], *, force: bool = False
     ) -> None:
-        """Writes results to a folder from now on, as `cdem run` does; tables begin at this
-        instant. They end with the run, with `close()`, or when the simulation goes. A process
-        that is forked has a copy that writes nothing.
+        """Writes results to a folder from now on, as `cdem run` does. Tables begin at this
+        instant. They end with the run, with `close()`, or when the simulation is deleted. The
+        copy of a simulation in a forked process writes nothing.
 
-        force: replace the results of an earlier run, never anything else.
+        folder: results folder.
+        force: if true, results of an earlier run in the folder are replaced; no other files are.
 
         Raises `ResultsError`.
         """
@@ -510,25 +511,24 @@ class Simulation:
 
     @property
     def folder(self) -> Path | None:
-        """The folder of results that are being written."""
+        """The results folder, while results are recorded."""
         return self._run.folder
 
     def save(
         self, folder: str | os.PathLike[str] | None = None, *, force: bool = False
     ) -> None:
-        """Writes a checkpoint, for `Simulation.load` or `cdem resume` to go on from.
+        """Writes a checkpoint for `Simulation.load` or `cdem resume`.
 
-        folder: where to; left out, the folder of the results that are being recorded. A new
-            folder holds results that begin at this instant.
-        force: replace the results of an earlier run there, never anything else.
+        folder: results folder. Left out: that of `record`. Results in a new folder begin at this
+            instant.
+        force: if true, results of an earlier run in the folder are replaced; no other files are.
 
         Raises `ResultsError`.
         """
         self._run.save(folder, self._scene_path, force)
 
     def close(self) -> None:
-        """Ends the results that are being recorded, with a checkpoint to go on from; does
-        nothing where none are.
+        """Ends the recording of results, with a checkpoint. Does nothing if none are recorded.
 
         Raises `ResultsError`.
         """
@@ -536,7 +536,7 @@ class Simulation:
 
 
 def _whole(name: str, number: int, least: int, most: float = math.inf) -> int:
-    """An argument that counts something."""
+    """An argument that is a count."""
     try:
         whole = operator.index(number)
     except TypeError:
@@ -552,21 +552,21 @@ def _count(threads: int | None) -> int:
 
 
 def _seconds(until: float | str) -> float:
-    """A time that may be text with a unit."""
+    """A time, s, from a number or text with a unit."""
     try:
         seconds = _engine.seconds(until) if isinstance(until, str) else float(until)
     except ValueError as error:
         raise ValueError(f"until: {error}") from None
     except TypeError:
-        raise TypeError(f"until must be a time in seconds, or text with a unit; got {until!r}") from None
+        raise TypeError(f"until must be a time in seconds, or text with a unit, got {until!r}") from None
     if not seconds >= 0.0:
-        raise ValueError(f"until must be a time in seconds, at least 0; got {until}")
+        raise ValueError(f"until must be a time in seconds, at least 0, got {until}")
     return seconds
 
 
 @cache
 def _fields() -> list[str]:
-    """Names of fields, as scenes have them."""
+    """Names of fields, as in scenes."""
     schema = json.loads(_engine.schema())
     return [field["const"] for field in schema["$defs"]["Field"]["oneOf"]]
 

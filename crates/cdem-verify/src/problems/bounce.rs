@@ -24,23 +24,30 @@ pub(super) fn bouncing_block() -> Findings {
         last = [last[1], height];
         path.push([simulation.time(), height - FLAT]);
     });
-    findings.between(
-        "bounces within 3 s",
-        ([6.0, f64::INFINITY], peaks.len() as f64),
-        "the longest take as long as a free fall of 0.3 m and back, 0.5 s",
-    );
-    for (k, peak) in peaks.iter().enumerate().take(4) {
-        findings.at_most(
-            format!("height of bounce {}, over that of the drop", k + 1),
-            (1.0, (peak - FLAT) / (DROP - FLAT)),
-            "no bounce comes back to the height of the drop",
+    findings
+        .figure("bounces within 3 s", peaks.len() as f64)
+        .between(
+            6.0,
+            f64::INFINITY,
+            "the longest bounce lasts as long as a free fall of 0.3 m and back, 0.5 s",
         );
+    for (k, peak) in peaks.iter().enumerate().take(4) {
+        findings
+            .figure(
+                format!("height of bounce {}, over that of the drop", k + 1),
+                (peak - FLAT) / (DROP - FLAT),
+            )
+            .at_most(1.0, "no bounce reaches the height of the drop");
     }
-    findings.at_most(
-        "most that the energy was above that at the start, over that exchanged",
-        (1e-12, balance.growth.max(0.0)),
-        "the first touch has taken more by far than the ledger lacks; round-off",
-    );
+    findings
+        .figure(
+            "largest excess over the energy at the start, over the energy exchanged",
+            balance.growth.max(0.0),
+        )
+        .at_most(
+            1e-12,
+            "the loss of the first touch is far above the residual; round-off",
+        );
     findings.energy(str::to_owned, &balance);
     let end = path.last().map_or(0.0, |row| row[0]);
     let drop = vec![[0.0, DROP - FLAT], [end, DROP - FLAT]];

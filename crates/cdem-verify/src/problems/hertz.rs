@@ -113,36 +113,38 @@ fn hertz_curve() -> Vec<[f64; 2]> {
 
 /// V9: an elastic ball hits a rigid wall.
 pub(super) fn ball_on_wall() -> Findings {
-    const ELASTIC: &str = "next to nothing is lost where the masses that touch are small";
+    const ELASTIC: &str = "small masses at the touch lose almost nothing";
     let mut findings = Findings::default();
     let impact = meet("hertz-wall", 0);
     let [time, force] = BALL.beyond_hertz();
     let [hertz_time, hertz_force] = BALL.hertz();
-    findings.exact(
-        "contact time, s",
-        (time * hertz_time, impact.duration * hertz_time),
-        0.06,
-        "study: 5.4 % from the limit of finer meshes, and that 0.6 % from this",
-    );
-    findings.exact(
-        "peak force, N",
-        (force * hertz_force, impact.peak * hertz_force),
-        0.03,
-        "study: 2.4 % from the limit of finer meshes, and that 0.6 % from this",
-    );
-    findings.exact("impulse over 2 m v", (1.0, impact.impulse), 1e-3, ELASTIC);
-    findings.exact("restitution", (1.0, impact.restitution), 1e-3, ELASTIC);
-    findings.at_most(
-        "energy of first touches, over the energy",
-        (1e-3, impact.loss),
-        ELASTIC,
-    );
+    findings
+        .figure("contact time, s", impact.duration * hertz_time)
+        .exact(
+            time * hertz_time,
+            0.06,
+            "study: 5.4 % from the limit of finer meshes, which is 0.6 % from this",
+        );
+    findings
+        .figure("peak force, N", impact.peak * hertz_force)
+        .exact(
+            force * hertz_force,
+            0.03,
+            "study: 2.4 % from the limit of finer meshes, which is 0.6 % from this",
+        );
+    findings
+        .figure("impulse over 2 m v", impact.impulse)
+        .exact(1.0, 1e-3, ELASTIC);
+    findings
+        .figure("restitution", impact.restitution)
+        .exact(1.0, 1e-3, ELASTIC);
+    findings
+        .figure("energy of first touches, over the energy", impact.loss)
+        .at_most(1e-3, ELASTIC);
     findings.energy(str::to_owned, &impact.balance);
-    findings.at_most(
-        "deepest penetration, m",
-        (1.8e-7, impact.penetration),
-        "a thousandth of the approach",
-    );
+    findings
+        .figure("deepest penetration, m", impact.penetration)
+        .at_most(1.8e-7, "a thousandth of the approach");
     let plot = Plot::new("time over Hertz's contact time", "force over Hertz's peak")
         .with("cdem", Style::Line, impact.forces)
         .with("Hertz", Style::Known, hertz_curve());

@@ -54,12 +54,12 @@ pub(super) fn oblique_ball() -> Findings {
     let case = load("oblique-ball");
     let friction = case.scene.contact.strength.friction_angle.tan();
     let [mass, moment] = inertia(case.clone());
-    findings.exact(
-        "moment of inertia of the mesh over (2/5) m R²",
-        (1.0, moment / (0.4 * mass * RADIUS * RADIUS)),
-        0.02,
-        "flat faces of up to 18 mm on a round ball",
-    );
+    findings
+        .figure(
+            "moment of inertia of the mesh over (2/5) m R²",
+            moment / (0.4 * mass * RADIUS * RADIUS),
+        )
+        .exact(1.0, 0.02, "flat faces of up to 18 mm on a round ball");
     let (mut slides, mut spins, mut residual) = (Vec::new(), Vec::new(), 0.0_f64);
     for angle in [45.0, 60.0, 70.0] {
         let along = f64::to_radians(angle).tan();
@@ -70,52 +70,57 @@ pub(super) fn oblique_ball() -> Findings {
         let restitution = mean(|impact| impact.restitution);
         let (slowed, spin) = (mean(|impact| impact.slowed), mean(|impact| impact.spin));
         let of = |what: &str| format!("{angle}°: {what}");
-        findings.exact(
-            of("restitution"),
-            (1.0, restitution),
+        findings.figure(of("restitution"), restitution).exact(
+            1.0,
             2e-3,
-            "elastic; friction passes some energy from one motion to the other",
+            "elastic; friction moves some energy from one motion to the other",
         );
-        findings.exact(
-            of("change of speed along the wall over that across it"),
-            (friction, slowed / (1.0 + restitution)),
-            1e-3,
-            "Coulomb's rule at every instant; points of the rim may stick as they part",
-        );
+        findings
+            .figure(
+                of("change of speed along the wall over that across it"),
+                slowed / (1.0 + restitution),
+            )
+            .exact(
+                friction,
+                1e-3,
+                "Coulomb's law at every instant; points of the rim may stick at the end",
+            );
         let taken = 2.0 * friction;
         let rolling = taken * mass * RADIUS / moment;
-        findings.exact(
-            of("spin, rad/s"),
-            (rolling, spin),
+        findings.figure(of("spin, rad/s"), spin).exact(
+            rolling,
             0.01,
-            "the centre comes nearer by 0.2 % of R, and drags the contact along by as much",
+            "the centre comes nearer by 0.2 % of R, and the contact moves along by as much",
         );
-        findings.at_most(
-            of("difference of the spins of the two ways, over their sum"),
-            (0.03, (both[0].spin - both[1].spin) / (2.0 * spin)),
-            "the mesh's centre of mass is some 0.1 mm from over the pole, of μ R = 10 mm",
-        );
+        findings
+            .figure(
+                of("difference of the spins of the two directions, over their sum"),
+                (both[0].spin - both[1].spin) / (2.0 * spin),
+            )
+            .at_most(
+                0.03,
+                "the centre of mass of the mesh is some 0.1 mm off the axis of the pole, of μ R = 10 mm",
+            );
         let sliding = along - 0.5 * taken - 0.5 * rolling * RADIUS;
-        findings.exact(
-            of("work of friction over the energy"),
-            (
-                taken * sliding / (0.5 * (1.0 + along * along)),
+        findings
+            .figure(
+                of("work of friction over the energy"),
                 mean(|impact| impact.friction_loss),
-            ),
-            0.01,
-            "impulse times the mean of the sliding speeds before and after; as the spin",
-        );
+            )
+            .exact(
+                taken * sliding / (0.5 * (1.0 + along * along)),
+                0.01,
+                "impulse times the mean of the sliding speeds before and after; tolerance of the spin",
+            );
         for impact in &both {
             residual = residual.max(impact.balance.residual);
         }
         slides.push([angle, slowed]);
         spins.push([angle, spin * RADIUS]);
     }
-    findings.at_most(
-        "energy that the ledger lacks, over that exchanged",
-        (LEDGER_LIMIT, residual),
-        LEDGER,
-    );
+    findings
+        .figure("energy residual, over the energy exchanged", residual)
+        .at_most(LEDGER_LIMIT, LEDGER);
     let known = |speed: f64| vec![[45.0, speed], [70.0, speed]];
     let plot = Plot::new(
         "angle of incidence, degrees",

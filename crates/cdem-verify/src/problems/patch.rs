@@ -99,8 +99,7 @@ fn errors(frame: &Frame, exact: &[f64; 6], along: usize) -> Errors {
 
 /// V11: a uniform pressure is transferred through the interface of two blocks.
 pub(super) fn pressed_blocks() -> Findings {
-    const SUNK: &str =
-        "points that sank in by a nanometre while the blocks settled stay so: strains are 2.5e-5";
+    const SUNK: &str = "penetrations of a nanometre from the start remain: strains are 2.5e-5";
     let mut findings = Findings::default();
     let cases: [(Blocks, f64, &'static str); 6] = [
         ([(Quad4, 4), (Quad4, 4)], 5e-4, SUNK),
@@ -110,28 +109,31 @@ pub(super) fn pressed_blocks() -> Findings {
         (
             [(Tet4, 2), (Hex8, 3)],
             1e-4,
-            "pushes at the vertices of tetrahedra alone miss by 6.4e-5",
+            "forces at the vertices of tetrahedra alone have an error of 6.4e-5",
         ),
         (
             [(Tet4, 2), (Hex8, 2)],
             0.17,
-            "triangles on quadrilaterals of the same nodes: contact at nodes cannot be even; it does not fall with the mesh",
+            "triangles on quadrilaterals of the same nodes: contact at nodes cannot be uniform; a \
+             finer mesh does not help",
         ),
     ];
     for (of, bound, why) in cases {
         let errors = press(of);
         let [(lower, m), (upper, n)] = of;
         let name = format!("{} {m} on {} {n}", lower.name(), upper.name());
-        findings.at_most(
-            format!("{name}: largest error of a stress, over the pressure"),
-            (bound, errors.largest),
-            why,
-        );
-        findings.at_most(
-            format!("{name}: error of the force between them"),
-            (5e-5, errors.force),
-            "true areas: strains are 2.5e-5",
-        );
+        findings
+            .figure(
+                format!("{name}: largest error of a stress, over the pressure"),
+                errors.largest,
+            )
+            .at_most(bound, why);
+        findings
+            .figure(
+                format!("{name}: error of the force between them"),
+                errors.force,
+            )
+            .at_most(5e-5, "true areas: strains are 2.5e-5");
     }
     findings
 }

@@ -125,30 +125,37 @@ pub(super) fn rolling_down() -> Findings {
 /// Adds the figures of a rolling body with their known values.
 pub fn add_figures(findings: &mut Findings, name: &str, rolling: &Rolling) {
     let of = |what: &str| format!("{name}: {what}");
-    findings.between(
-        of("share of gravity's work that it keeps"),
-        ([rolling.least, 1.0], rolling.kept),
-        "between a rigid one whose corners do not rebound, and a round one",
-    );
-    findings.between(
-        of("acceleration over (2/3) g sin 30°"),
-        (
-            [1.0 - 2.0 * (1.0 - rolling.least), 1.0],
-            rolling.acceleration,
-        ),
-        "never faster than a round one; the share lost grows with the way: that of its last part is up to twice the whole's",
-    );
-    findings.at_most(
-        of("work of friction over gravity's"),
-        (5e-3, rolling.friction),
-        "it rolls, and does not slip",
-    );
-    if rolling.in_space {
-        findings.at_most(
-            of("speed across the slope, m/s"),
-            (1e-6, rolling.aside),
-            "it goes straight; round-off of solves, which end at 1e-8 of velocities",
+    findings
+        .figure(
+            of("share of the work of gravity that becomes kinetic energy"),
+            rolling.kept,
+        )
+        .between(
+            rolling.least,
+            1.0,
+            "between a rigid body without rebound at its corners, and a round body",
         );
+    findings
+        .figure(
+            of("acceleration over (2/3) g sin 30°"),
+            rolling.acceleration,
+        )
+        .between(
+            1.0 - 2.0 * (1.0 - rolling.least),
+            1.0,
+            "never faster than a round body; the loss grows with the distance: in the last part it \
+             is up to twice the mean",
+        );
+    findings
+        .figure(
+            of("work of friction over work of gravity"),
+            rolling.friction,
+        )
+        .at_most(5e-3, "it rolls without slip");
+    if rolling.in_space {
+        findings
+            .figure(of("speed across the slope, m/s"), rolling.aside)
+            .at_most(1e-6, "it rolls straight; solves end at 1e-8 of velocities");
     }
     findings.energy(of, &rolling.balance);
 }

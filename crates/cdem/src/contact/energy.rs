@@ -1,4 +1,4 @@
-//! Energies of contact, and receivers of impulses.
+//! Energies of contact, and impulses of a drift.
 
 use serde::{Deserialize, Serialize};
 
@@ -45,16 +45,16 @@ impl ContactEnergies {
     pub(crate) fn warnings(&self) -> impl Iterator<Item = String> {
         let unsolved = (self.unsolved_count > 0).then(|| {
             format!(
-                "contact impulses: solves that ended with a relative residual above {UNSOLVED:e}: {}, \
-                 the worst {:.1e}; contacts press on each other through very different masses, or \
-                 wedge: judge forces there with care",
+                "number of solves for contact impulses that ended with a residual above \
+                 {UNSOLVED:e}: {}; largest residual: {:.1e}; the contacts there join very \
+                 different masses, or a block is wedged: their forces may be inaccurate",
                 self.unsolved_count, self.residual
             )
         });
         let hurried = (self.overtravel_count > 0).then(|| {
             format!(
-                "contacts that slid farther in a step than the face is across that they were on: {} \
-                 times; where such faces bend, contacts may be lost: try a smaller `time.step`",
+                "number of contacts that slid farther in one step than the width of their face: \
+                 {}; at bends of the surface such contacts may be lost: try a smaller `time.step`",
                 self.overtravel_count
             )
         });
@@ -108,8 +108,7 @@ impl ContactEnergies {
     pub(super) fn book_work<const D: usize>(
         &mut self,
         impulse: &[f64; D],
-        old: &[f64; D],
-        new: &[f64; D],
+        [old, new]: [&[f64; D]; 2],
         impact: bool,
     ) {
         let end = match self.at {
@@ -127,12 +126,10 @@ impl ContactEnergies {
     }
 }
 
-/// Receiver of each impulse on a node, N·s.
-pub(crate) type ImpulseReceiver<'a, const D: usize> = &'a mut dyn FnMut(u32, &[f64; D]);
-
-/// Receivers of the impulses of a drift.
-pub(crate) struct ImpulseReceivers<'a, const D: usize> {
-    pub(crate) of_contacts: ImpulseReceiver<'a, D>,
-    /// Receives the impulses of elements on nodes with prescribed components.
-    pub(crate) on_prescribed: ImpulseReceiver<'a, D>,
+/// Impulses of a drift on nodes, N·s.
+#[derive(Debug, Default)]
+pub(crate) struct DriftImpulses<const D: usize> {
+    pub(crate) of_contacts: Vec<(u32, [f64; D])>,
+    /// Impulses of elements on nodes with prescribed components.
+    pub(crate) on_prescribed: Vec<(u32, [f64; D])>,
 }

@@ -1,6 +1,5 @@
 //! Coupling of contact to the elements behind the surfaces.
 
-use crate::contact::energy::ImpulseReceiver;
 use crate::contact::rollback::Rollback;
 use crate::model::kinematics::NodalMotion;
 
@@ -38,23 +37,15 @@ pub(crate) trait BodyCoupling<const D: usize>: Sync {
     /// impulses applied.
     fn balance(&self, touch: &Self::Touch, motion: &NodalMotion<D>) -> f64;
 
-    /// Finishes a touch, given the time left in the drift, s, and the factor on the impulses.
-    /// Passes on the impulses on nodes with prescribed components. Returns the energy that the
-    /// bodies recover from the work of the contacts, J.
+    /// Finishes a touch, given the time left in the drift, s, and the `factor` on the impulses.
+    /// Adds the impulses on nodes with prescribed components to a list, N·s. Returns the energy
+    /// that the bodies recover from the work of the contacts, J.
     fn finish_impact(
         &self,
         touch: &Self::Touch,
         motion: &mut NodalMotion<D>,
-        remaining_and_times: (f64, f64),
-        on_prescribed: ImpulseReceiver<D>,
+        remaining: f64,
+        factor: f64,
+        on_prescribed: &mut Vec<(u32, [f64; D])>,
     ) -> f64;
 }
-
-/// Visits the nodes that share an element and their time level with a node.
-pub(crate) type NeighbourNodes<'a> = &'a dyn Fn(u32, &mut dyn FnMut(u32));
-
-/// Returns the drift of a node that is due, s.
-pub(crate) type DriftDurations<'a> = &'a dyn Fn(u32) -> Option<f64>;
-
-/// Returns the kick interval and the drift of a node that is due, s.
-pub(crate) type KickTiming<'a> = &'a (dyn Fn(u32) -> Option<(f64, f64)> + Sync);

@@ -9,13 +9,16 @@ pub(crate) mod energy;
 pub(crate) mod grouping;
 pub(crate) mod interior;
 pub(crate) mod island;
+mod model_data;
 pub(crate) mod narrow_phase;
 pub(crate) mod penalty;
 pub(crate) mod prediction;
 pub(crate) mod remap;
 pub(crate) mod rollback;
 pub(crate) mod solver;
+pub(crate) mod state;
 pub(crate) mod surface;
+pub(crate) mod timing;
 pub(crate) mod tolerances;
 #[cfg(test)]
 mod verification;
@@ -23,16 +26,16 @@ mod verification;
 use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, DriftInterval};
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::initial_overlap::InitialOverlaps;
-use crate::contact::constraint::law::ContactLaws;
-use crate::contact::detection::candidates::{CandidateSearch, SearchContext};
-use crate::contact::detection::clusters::Clusters;
-use crate::contact::energy::{ContactEnergies, ImpulseReceiver, ImpulseReceivers};
-use crate::contact::interior::{BodyCoupling, DriftDurations, KickTiming};
-use crate::contact::island::Island;
-use crate::contact::island::parallel::{self, VelocityCopies};
-use crate::contact::surface::geometry_cache::GeometryCache;
+use crate::contact::detection::candidates::StepSpeeds;
+use crate::contact::energy::{ContactEnergies, DriftImpulses};
+use crate::contact::interior::BodyCoupling;
+use crate::contact::island::parallel::{self, IslandKicks, IslandsInKick};
+use crate::contact::island::{Bodies, Island};
+use crate::contact::model_data::ContactModelData;
+use crate::contact::state::{ContactState, ContactWorkspace};
 use crate::contact::surface::kicked::KickedView;
-use crate::contact::surface::{Configuration, Pair, Surface, boundary_2d, boundary_3d};
+use crate::contact::surface::{Configuration, Surface, boundary_2d, boundary_3d};
+use crate::contact::timing::DriftStart;
 use crate::contact::tolerances::CORRECTED_PENETRATION;
 use crate::math::profile::Stage;
 use crate::mesh::Mesh;
@@ -44,99 +47,8 @@ use crate::scene::{ContactModel, Scene};
 /// All contact between the blocks of a model.
 pub(crate) struct Contacts<const D: usize> {
     model_data: ContactModelData<D>,
-    model: ContactModel,
-    /// True for each block that never moves.
-    fixed: Vec<bool>,
-    search: CandidateSearch<D>,
-    /// True if nodes have moved farther in a coarse step than their motion bound, in any step
-    /// since the flag was last taken.
-    search_overrun: bool,
-    /// Candidate pairs of this coarse step, sorted.
-    candidates: Vec<Pair>,
-    /// Distance, m, below which the separation bounds leave out no open pair in a drift: the
-    /// contact tolerance, or more where a test wants all pairs examined.
-    examined_distance: f64,
-    /// Pairs whose nodes share a time level, with the last coarse step that needed it.
-    joins: Vec<(Pair, u64)>,
-    lists: StepLists,
-    islands: Vec<Island<D>>,
-    /// True if all candidate and joined pairs are in islands; and the first coarse step since
-    /// the islands were made in which a candidate pair dropped out.
-    grouped: bool,
-    first_dropout_step: Option<u64>,
-    /// For each node: true if it moves with an island, and the index of that island.
-    in_island: Vec<bool>,
-    island_of: Vec<u32>,
-    /// Index of each island node in the sorted list of all island nodes.
-    island_node_index: Vec<u32>,
-    ended: Vec<ContactHistory>,
-    /// The number of entries of `ended` from before this coarse step.
-    ended_before: usize,
-    energies: ContactEnergies,
-    /// Copies of the velocities, one for each thread in a kick. Kept to reuse their memory.
-    velocity_copies: VelocityCopies<D>,
-    /// Geometry cache of the surface in a kick. Kept to reuse its memory.
-    geometry_cache: Option<GeometryCache<D>>,
-}
-
-/// Lists of a coarse step. Kept to reuse their memory.
-#[derive(Default)]
-struct StepLists {
-    /// Candidate pairs from the broad phase, until [`Contacts::regroup`] takes them.
-    near: Vec<Pair>,
-    near_or_closed: Vec<Pair>,
-    closed_beyond: Vec<Pair>,
-    joins: Vec<(Pair, u64)>,
-    /// Index of the island of each candidate pair.
-    islands: Vec<Option<usize>>,
-}
-
-/// Data that change only with the mesh, once contacts are closed at t = 0.
-struct ContactModelData<const D: usize> {
-    surface: Box<dyn Surface<D>>,
-    clusters: Clusters,
-    laws: ContactLaws,
-    /// Index of the block of each node, and the number of halvings of the elements around it.
-    block_of: Vec<u32>,
-    halvings: Vec<u8>,
-    /// Mass-proportional damping of each block, 1/s.
-    damping: Vec<f64>,
-    /// d_tol, m.
-    tolerance: f64,
-    /// Overlaps of the blocks at t = 0.
-    initial_overlaps: InitialOverlaps,
-}
-
-impl<const D: usize> ContactModelData<D> {
-    fn blocks<'a>(&'a self, fixed: &'a [bool]) -> SearchContext<'a, D> {
-        SearchContext {
-            surface: &*self.surface,
-            clusters: &self.clusters,
-            block_of: &self.block_of,
-            fixed,
-            tolerance: self.tolerance,
-        }
-    }
-
-    /// Returns a test for two blocks: true if contact between them is enabled.
-    fn may_touch<'a>(&'a self, fixed: &'a [bool]) -> impl Fn([u32; 2]) -> bool + 'a {
-        move |[a, b]| {
-            a != b && !(fixed[a as usize] && fixed[b as usize]) && self.laws.between(a, b).enabled
-        }
-    }
-
-    fn context<'a>(&'a self, inertia: &'a InverseMass<D>) -> ContactContext<'a, D> {
-        ContactContext {
-            surface: &*self.surface,
-            laws: &self.laws,
-            block_of: &self.block_of,
-            inertia,
-            damping: &self.damping,
-            tolerance: self.tolerance,
-            initial_overlaps: &self.initial_overlaps,
-            halvings: &self.halvings,
-        }
-    }
+    state: ContactState<D>,
+    workspace: ContactWorkspace<D>,
 }
 
 /// Makes the surfaces of the blocks of a mesh, from its thickness, m, and the contact
@@ -170,75 +82,36 @@ impl<const D: usize> Contacts<D> {
         surface: Box<dyn Surface<D>>,
         tolerance: f64,
     ) -> Self {
-        let mut block_of = vec![0; mesh.nodes.len()];
-        for (number, block) in mesh.blocks.iter().enumerate() {
-            block_of[block.nodes.start as usize..block.nodes.end as usize].fill(number as u32);
-        }
         Self {
-            model_data: ContactModelData {
-                clusters: Clusters::new(&*surface, &block_of, &mesh.nodes),
-                surface,
-                laws: ContactLaws::new(scene, mesh),
-                halvings: vec![0; mesh.nodes.len()],
-                block_of,
-                damping: mesh
-                    .blocks
-                    .iter()
-                    .map(|block| damping_of(scene, block.source))
-                    .collect(),
-                tolerance,
-                initial_overlaps: InitialOverlaps::default(),
+            model_data: ContactModelData::new(scene, mesh, surface, tolerance),
+            workspace: ContactWorkspace {
+                islands_outdated: true,
+                ..ContactWorkspace::new(mesh.nodes.len(), &[])
             },
-            model: scene.contact.model,
-            fixed: mesh
-                .blocks
-                .iter()
-                .map(|block| scene.block[block.source].fixed)
-                .collect(),
-            search: CandidateSearch::default(),
-            search_overrun: false,
-            lists: StepLists::default(),
-            candidates: Vec::new(),
-            examined_distance: tolerance,
-            joins: Vec::new(),
-            islands: Vec::new(),
-            grouped: false,
-            first_dropout_step: None,
-            in_island: vec![false; mesh.nodes.len()],
-            island_of: vec![0; mesh.nodes.len()],
-            island_node_index: vec![0; mesh.nodes.len()],
-            ended: Vec::new(),
-            ended_before: 0,
-            energies: ContactEnergies::default(),
-            velocity_copies: VelocityCopies::default(),
-            geometry_cache: None,
+            state: ContactState::default(),
         }
     }
 
     /// Closes the pairs within the contact tolerance at t = 0. Pairs with cohesion or tensile
     /// strength become joints. Each keeps its gap.
     pub(crate) fn close_initial(&mut self, at: Configuration<D>, inertia: &InverseMass<D>) {
-        let within = self.model_data.tolerance;
-        let blocks = self.model_data.blocks(&self.fixed);
-        let mut pairs = blocks.pairs_within(at, within, &self.model_data.may_touch(&self.fixed));
-        let surface = &*self.model_data.surface;
-        pairs.retain(|&pair| {
-            let projection = surface.project(pair, at);
-            projection.gap.abs() <= within
-                && projection.outside <= within
-                && surface.in_normal_cone(pair, at)
-        });
+        let may_meet = |blocks| self.model_data.may_touch(blocks);
+        let mut pairs = self.model_data.touching_pairs(at, &may_meet);
         self.model_data.initial_overlaps =
             InitialOverlaps::of(&self.model_data.context(inertia), &pairs, at);
         let context = self.model_data.context(inertia);
-        pairs.retain(|&pair| context.surface.can_transmit_load(pair, at, within));
+        pairs.retain(|&pair| {
+            context
+                .surface
+                .can_transmit_load(pair, at, context.tolerance)
+        });
         let mut island = Island::default();
-        self.energies.touch_count +=
+        self.state.energies.touch_count +=
             island.activate_pairs(&context, DriftInterval::at_rest(at), &pairs, 0.0);
         for contact in &mut island.contact_points {
             contact.is_joint = contact.law.cohesion > 0.0 || contact.law.tensile_strength > 0.0;
         }
-        self.islands = vec![island];
+        self.state.islands = vec![island];
     }
 
     /// Finds the candidate pairs of a coarse step, before it. Returns true if the set of nodes
@@ -247,28 +120,32 @@ impl<const D: usize> Contacts<D> {
         &mut self,
         at: Configuration<D>,
         speeds: &[f64],
-        (step, number): (f64, u64),
+        step: f64,
+        number: u64,
     ) -> bool {
-        let blocks = self.model_data.blocks(&self.fixed);
-        {
-            let may_meet = self.model_data.may_touch(&self.fixed);
-            let near = &mut self.lists.near;
-            let with = (speeds, step);
-            self.search.find_near(&blocks, at, with, &may_meet, near);
-        }
-        self.search_overrun |= self.search.exceeded_bounds();
+        let blocks = self.model_data.search_context();
+        let may_meet = |blocks| self.model_data.may_touch(blocks);
+        let near = &mut self.workspace.lists.near;
+        let speeds = StepSpeeds {
+            bounds: speeds,
+            step,
+        };
+        self.state
+            .search
+            .find_near(&blocks, at, speeds, &may_meet, near);
+        self.state.search_overrun |= self.state.search.exceeded_bounds();
         self.regroup(number);
         self.join(number)
     }
 
     /// Marks the islands as out of date, because the time levels of nodes have changed.
     pub(crate) fn ungroup(&mut self) {
-        self.grouped = false;
+        self.workspace.islands_outdated = true;
     }
 
     /// True if [`Self::drift`] moves this node.
     pub(crate) fn moves_node(&self, node: u32) -> bool {
-        self.in_island[node as usize]
+        self.workspace.index.in_island[node as usize]
     }
 
     /// Solves the impacts of pairs that are closed at t = 0 and approach.
@@ -277,48 +154,52 @@ impl<const D: usize> Contacts<D> {
         motion: &mut NodalMotion<D>,
         inertia: &InverseMass<D>,
         step: f64,
-        on_impulse: ImpulseReceiver<D>,
+        received: &mut Vec<(u32, [f64; D])>,
     ) {
-        if self.model == ContactModel::Penalty {
+        if self.model_data.model == ContactModel::Penalty {
             return;
         }
-        self.energies.watch.skip();
+        self.state.energies.watch.skip();
         let context = self.model_data.context(inertia);
-        for island in &mut self.islands {
-            island.solve_initial_impact(&context, motion, step, on_impulse, &mut self.energies);
+        for island in &mut self.state.islands {
+            island.solve_initial_impact(&context, motion, step, received, &mut self.state.energies);
         }
-        self.energies.watch.lap(Stage::Geometry);
+        self.state.energies.watch.lap(Stage::Geometry);
     }
 
     /// Applies the contact impulses of the islands that are due, after the kick by elements and
-    /// loads. `timing` returns the kick interval and the drift of a node that is due, s.
+    /// loads. Adds them to a list, N·s.
     pub(crate) fn kick(
         &mut self,
         motion: &mut NodalMotion<D>,
         inertia: &InverseMass<D>,
-        before: &[[f64; D]],
-        time: f64,
-        timing: KickTiming,
-        on_impulse: ImpulseReceiver<D>,
+        kick: &IslandKicks<D>,
+        received: &mut Vec<(u32, [f64; D])>,
     ) {
-        self.energies.watch.skip();
-        let contacts = self.contact_points().count();
-        let context = self.model_data.context(inertia);
-        let kick = (before, time, timing);
-        let (islands, energies) = (
-            (&mut *self.islands, &self.velocity_copies),
-            &mut self.energies,
-        );
-        self.geometry_cache = context
-            .surface
-            .geometry_cache(contacts, self.geometry_cache.take());
-        let motion = &mut KickedView::new(motion, self.geometry_cache.as_ref());
+        let Self {
+            model_data: data,
+            state,
+            workspace,
+        } = self;
+        state.energies.watch.skip();
+        let contacts = state.contact_points().count();
+        let context = data.context(inertia);
+        let cache = &mut workspace.geometry_cache;
+        *cache = context.surface.geometry_cache(contacts, cache.take());
+        let motion = &mut KickedView::new(motion, cache.as_ref());
+        let islands = IslandsInKick {
+            islands: &mut state.islands,
+            copies: &workspace.velocity_copies,
+        };
+        let energies = &mut state.energies;
         let ended = kick_islands(
-            self.model, islands, &context, motion, kick, on_impulse, energies,
+            data.model, islands, &context, motion, kick, received, energies,
         );
-        self.ended
-            .extend(ended.into_iter().map(|history| history.ended(time)));
-        self.energies.watch.lap(Stage::Geometry);
+        let ended = ended.into_iter();
+        state
+            .ended
+            .extend(ended.map(|history| history.ended(kick.times.time)));
+        state.energies.watch.lap(Stage::Geometry);
     }
 
     /// Computes a kick as [`Self::kick`] does, but on a copy of the islands. Returns the
@@ -327,67 +208,65 @@ impl<const D: usize> Contacts<D> {
         &self,
         motion: &mut NodalMotion<D>,
         inertia: &InverseMass<D>,
-        before: &[[f64; D]],
-        timing: KickTiming,
-        on_impulse: ImpulseReceiver<D>,
+        kick: &IslandKicks<D>,
+        received: &mut Vec<(u32, [f64; D])>,
     ) -> ContactEnergies {
         let context = self.model_data.context(inertia);
         let mut energies = ContactEnergies {
             at: WorkVelocity::Before,
             ..ContactEnergies::default()
         };
-        let islands = &mut self.islands.clone();
-        let kick = (before, 0.0, timing);
-        let cache = context
-            .surface
-            .geometry_cache(self.contact_points().count(), None);
+        let contacts = self.contact_points().count();
+        let cache = context.surface.geometry_cache(contacts, None);
         let motion = &mut KickedView::new(motion, cache.as_ref());
+        let (model, islands) = (self.model_data.model, &mut self.state.islands.clone());
+        let islands = IslandsInKick {
+            islands,
+            copies: &self.workspace.velocity_copies,
+        };
         kick_islands(
-            self.model,
-            (islands, &self.velocity_copies),
+            model,
+            islands,
             &context,
             motion,
             kick,
-            on_impulse,
+            received,
             &mut energies,
         );
         energies
     }
 
-    /// Moves the islands that are due through their drift, from one first touch to the next.
-    /// `timing` gives the start, s, and the duration of the drift of each node, s.
+    /// Moves the islands that are due through their drift, from one first touch to the next. Adds
+    /// the impulses on nodes to lists.
     pub(crate) fn drift(
         &mut self,
         motion: &mut NodalMotion<D>,
         inertia: &InverseMass<D>,
-        timing: (f64, DriftDurations),
-        interior: &impl BodyCoupling<D>,
-        receivers: &mut ImpulseReceivers<D>,
+        start: DriftStart,
+        coupling: &impl BodyCoupling<D>,
+        received: &mut DriftImpulses<D>,
     ) {
-        self.energies.watch.skip();
+        self.state.energies.watch.skip();
         let context = &self.model_data.context(inertia);
-        let bodies = (interior, &*self.in_island);
-        let (islands, energies) = (&mut self.islands, &mut self.energies);
-        parallel::drift(
-            islands,
-            context,
-            motion,
-            (bodies, timing),
-            receivers,
-            energies,
-        );
-        self.energies.watch.lap(Stage::Geometry);
+        let bodies = &Bodies {
+            coupling,
+            in_island: &self.workspace.index.in_island,
+        };
+        let (islands, energies) = (&mut self.state.islands, &mut self.state.energies);
+        parallel::drift(islands, context, motion, bodies, start, received, energies);
+        self.state.energies.watch.lap(Stage::Geometry);
     }
 
     /// Ends a coarse step: updates the peak normal forces, which are means over the step.
     pub(crate) fn end_step(&mut self, step: f64) {
-        for history in &mut self.ended[self.ended_before..] {
+        for history in &mut self.state.ended[self.state.ended_before..] {
             if history.step_impulse != 0.0 {
                 history.end_step(step);
             }
         }
-        self.ended_before = self.ended.len();
+        self.state.ended_before = self.state.ended.len();
         for contact in self
+            .state
             .islands
             .iter_mut()
             .flat_map(|island| &mut island.contact_points)
@@ -409,13 +288,13 @@ impl<const D: usize> Contacts<D> {
         let is_deep = self
             .contact_points()
             .any(|contact| contact.penetration() > limit);
-        if self.model == ContactModel::Penalty || !is_deep {
+        if self.model_data.model == ContactModel::Penalty || !is_deep {
             return moves;
         }
         // The next kick can no longer measure this penetration.
-        self.energies.penetration = self.max_penetration(at);
+        self.state.energies.penetration = self.max_penetration(at);
         let context = self.model_data.context(inertia);
-        for island in &mut self.islands {
+        for island in &mut self.state.islands {
             let deepest = island
                 .contact_points
                 .iter()
@@ -426,7 +305,7 @@ impl<const D: usize> Contacts<D> {
             }
         }
         if !moves.is_empty() {
-            for island in &mut self.islands {
+            for island in &mut self.state.islands {
                 island.separation_bounds.forget();
             }
         }
@@ -435,28 +314,24 @@ impl<const D: usize> Contacts<D> {
 
     /// Returns all contact points.
     pub(crate) fn contact_points(&self) -> impl Iterator<Item = &ContactPoint<D>> {
-        self.islands
-            .iter()
-            .flat_map(|island| &island.contact_points)
+        self.state.contact_points()
     }
 
     /// Returns the contacts that have ended since the last call.
     pub(crate) fn take_ended(&mut self) -> Vec<ContactHistory> {
-        self.ended_before = 0;
-        std::mem::take(&mut self.ended)
+        self.state.ended_before = 0;
+        self.state.ended.drain(..).collect()
     }
 
     /// True if nodes have moved farther in a coarse step than their motion bound, in any step
     /// since the last call.
     pub(crate) fn take_search_overrun(&mut self) -> bool {
-        std::mem::take(&mut self.search_overrun)
+        std::mem::replace(&mut self.state.search_overrun, false)
     }
 
     /// True if two blocks must never overlap.
     pub(crate) fn keeps_apart(&self, a: u32, b: u32) -> bool {
-        self.model != ContactModel::Penalty
-            && !(self.fixed[a as usize] && self.fixed[b as usize])
-            && self.model_data.laws.between(a, b).enabled
+        self.model_data.model != ContactModel::Penalty && self.model_data.may_touch([a, b])
     }
 
     /// Returns d_tol, m.
@@ -466,17 +341,17 @@ impl<const D: usize> Contacts<D> {
 
     /// Returns the energies so far, J.
     pub(crate) fn energies(&self) -> &ContactEnergies {
-        &self.energies
+        &self.state.energies
     }
 
     /// Starts to measure the time that contact takes.
     pub(crate) fn time_stages(&mut self) {
-        self.energies.watch.start();
+        self.state.energies.watch.start();
     }
 
     /// Returns the number of contacts that have begun so far.
     pub(crate) fn contacts_begun(&self) -> u64 {
-        self.energies.touch_count
+        self.state.energies.touch_count
     }
 
     /// Returns the deepest penetration, m, over the starts of all kicks so far and over now.
@@ -485,7 +360,7 @@ impl<const D: usize> Contacts<D> {
         let depths = self
             .contact_points()
             .map(|contact| contact.initial_gap - surface.project(contact.pair, now).gap);
-        depths.fold(self.energies.penetration, f64::max)
+        depths.fold(self.state.energies.penetration, f64::max)
     }
 
     /// Returns the surfaces.
@@ -495,7 +370,7 @@ impl<const D: usize> Contacts<D> {
 
     /// Returns the energy of the penalty springs, J.
     pub(crate) fn spring_energy(&self, at: Configuration<D>) -> f64 {
-        match self.model {
+        match self.model_data.model {
             ContactModel::Penalty => self
                 .contact_points()
                 .map(|contact| contact.spring_energy(&*self.model_data.surface, at))
@@ -505,49 +380,28 @@ impl<const D: usize> Contacts<D> {
     }
 }
 
-/// Applies the contact impulses of the islands that are due in a kick. Takes the velocities
-/// before the kick, m/s, its time, s, and its timing. Returns the contacts that have ended.
+/// Applies the contact impulses of the islands that are due in a kick. Adds them to a list, N·s.
+/// Returns the contacts that have ended.
 fn kick_islands<const D: usize>(
     model: ContactModel,
-    (islands, copies): (&mut [Island<D>], &VelocityCopies<D>),
+    islands: IslandsInKick<D>,
     context: &ContactContext<D>,
     motion: &mut KickedView<D>,
-    (before, time, timing): (&[[f64; D]], f64, KickTiming),
-    on_impulse: ImpulseReceiver<D>,
+    kick: &IslandKicks<D>,
+    received: &mut Vec<(u32, [f64; D])>,
     energies: &mut ContactEnergies,
 ) -> Vec<ContactHistory> {
-    if model == ContactModel::Penalty {
-        let press = |island: &mut Island<D>| {
-            let (interval, _) = island.timing(timing)?;
-            let interval = (time, interval);
-            Some(island.kick_penalty(
-                context,
-                motion,
-                before,
-                interval,
-                &mut *on_impulse,
-                energies,
-            ))
-        };
-        return islands.iter_mut().filter_map(press).flatten().collect();
+    if model != ContactModel::Penalty {
+        return parallel::kick(islands, context, motion, kick, received, energies);
     }
-    let kick = (before, time, timing);
-    parallel::kick(
-        (islands, copies),
-        context,
-        motion,
-        kick,
-        on_impulse,
-        energies,
-    )
-}
-
-/// Returns the mass-proportional damping of a block of the scene, 1/s.
-fn damping_of(scene: &Scene, block: usize) -> f64 {
-    let name = &scene.block[block].material;
-    let material = scene
-        .material
-        .iter()
-        .find(|material| material.name == *name);
-    material.map_or(0.0, |material| material.damping.mass)
+    let press = |island: &mut Island<D>| {
+        let span = island.kick_span(kick.times)?;
+        Some(island.kick_penalty(context, motion, kick, span.interval, received, energies))
+    };
+    islands
+        .islands
+        .iter_mut()
+        .filter_map(press)
+        .flatten()
+        .collect()
 }

@@ -2,15 +2,14 @@
 //! overlap at the start of a step (section 2 of the paper).
 
 use crate::contact::constraint::contact_constraint::shear_norm;
-use crate::contact::constraint::contact_point::{
-    ContactHistory, ContactPoint, DriftInterval, TargetTracking,
-};
+use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, DriftInterval};
 use crate::contact::constraint::context::ContactContext;
-use crate::contact::energy::{ContactEnergies, ImpulseReceiver};
+use crate::contact::constraint::target_tracking::TargetTracking;
+use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
+use crate::contact::island::parallel::IslandKicks;
 use crate::contact::surface::kicked::KickedView;
-use crate::contact::surface::{Configuration, Pair, Surface};
-use crate::model::inverse_mass::KickMobility;
+use crate::contact::surface::{Configuration, ContactJacobian, Pair, Surface};
 
 impl<const D: usize> ContactPoint<D> {
     /// Returns the energy of the normal and shear springs, J.
@@ -23,18 +22,18 @@ impl<const D: usize> ContactPoint<D> {
 }
 
 impl<const D: usize> Island<D> {
-    /// Applies the spring forces over `interval` seconds of the pairs that overlap now. Returns
-    /// the contacts that have ended.
+    /// Applies the spring forces of the pairs that overlap now over the interval of the kick.
+    /// Adds the impulses on nodes to a list, N·s. Returns the contacts that have ended.
     pub(crate) fn kick_penalty(
         &mut self,
         context: &ContactContext<D>,
         motion: &mut KickedView<D>,
-        before: &[[f64; D]],
-        (time, interval): (f64, f64),
-        on_impulse: ImpulseReceiver<D>,
+        kick: &IslandKicks<D>,
+        interval: f64,
+        received: &mut Vec<(u32, [f64; D])>,
         energies: &mut ContactEnergies,
     ) -> Vec<ContactHistory> {
-        let (surface, tolerance) = (context.surface, context.tolerance);
+        let surface = context.surface;
         let at = motion.positions();
         let overlaps = |&pair: &Pair| {
             let projection = surface.project(pair, at);
@@ -43,46 +42,44 @@ impl<const D: usize> Island<D> {
         let pairs: Vec<Pair> = self.separation_bounds.pairs().filter(overlaps).collect();
         let known = self.contact_points.len();
         energies.touch_count +=
-            self.activate_pairs(context, DriftInterval::at_rest(at), &pairs, time);
+            self.activate_pairs(context, DriftInterval::at_rest(at), &pairs, kick.times.time);
         for contact in &mut self.contact_points[known..] {
             contact.offset[0] = 0.0;
         }
         let mut ended = Vec::new();
         self.contact_points.retain_mut(|contact| {
             contact.is_sticking = false; // the foot follows the point; the springs do not
-            let followed = contact.track_target(surface, motion.positions(), tolerance, |_| false);
-            let closed = followed != TargetTracking::Beyond
-                && contact.spring(
-                    surface,
-                    motion,
-                    before,
-                    interval,
-                    context.mobility(interval),
-                    on_impulse,
-                    energies,
-                );
-            if !closed {
+            let followed = contact.track_target(context, motion.positions(), |_| false);
+            let kick = (followed != TargetTracking::Beyond)
+                .then(|| contact.spring(context, motion, kick.before, interval, energies))
+                .flatten();
+            let Some(jacobian) = kick else {
                 ended.push(contact.history.clone());
-            }
-            closed
+                return false;
+            };
+            let mobility = context.mobility(interval);
+            jacobian.apply_transpose(&contact.impulse, |node, impulse| {
+                mobility.push(node, impulse, motion.velocity);
+                received.push((node, *impulse));
+            });
+            true
         });
         ended
     }
 }
 
 impl<const D: usize> ContactPoint<D> {
-    /// Applies the springs of one contact. Returns `false` if it has opened.
-    #[allow(clippy::too_many_arguments)] // one call
+    /// Finds the impulse of the springs of one contact. Returns its Jacobian, or `None` if it has
+    /// opened. `before` are the velocities before the kick, m/s, of `interval` seconds.
     fn spring(
         &mut self,
-        surface: &dyn Surface<D>,
-        motion: &mut KickedView<D>,
+        context: &ContactContext<D>,
+        motion: &KickedView<D>,
         before: &[[f64; D]],
         interval: f64,
-        mobility: KickMobility<D>,
-        on_impulse: ImpulseReceiver<D>,
         energies: &mut ContactEnergies,
-    ) -> bool {
+    ) -> Option<ContactJacobian<D>> {
+        let surface = context.surface;
         let jacobian = self.jacobian(surface, motion.positions());
         self.normal = jacobian.frame[0];
         let overlap = self.offset[0] - jacobian.offset[0];
@@ -97,7 +94,7 @@ impl<const D: usize> ContactPoint<D> {
             // The energy left in the springs is lost with the contact.
             let left = self.spring_energy(surface, motion.positions());
             *energies.slip_loss(self.is_joint) += left;
-            return false;
+            return None;
         }
         let stiffness = self.law.shear_stiffness;
         let last = self.shear_spring;
@@ -115,11 +112,7 @@ impl<const D: usize> ContactPoint<D> {
         self.impulse = force.map(|force| force * interval);
         self.interval = interval;
         self.history.count(&[0.0; D], &self.impulse);
-        jacobian.apply_transpose(&self.impulse, |node, impulse| {
-            mobility.push(node, impulse, motion.velocity);
-            on_impulse(node, impulse);
-        });
-        true
+        Some(jacobian)
     }
 
     /// Reduces the shear of `force` to the friction limit, and the springs with it. `last` are
@@ -131,7 +124,8 @@ impl<const D: usize> ContactPoint<D> {
         energies: &mut ContactEnergies,
     ) {
         let stiffness = self.law.shear_stiffness;
-        let was_joint = std::mem::take(&mut self.is_joint);
+        let was_joint = self.is_joint;
+        self.is_joint = false;
         let bound = (force[0] * self.law.friction).max(0.0);
         let kept = (bound / shear_norm(force)).min(1.0);
         self.history.slip += (1.0 - kept) * shear_norm(&self.shear_spring);

@@ -6,7 +6,7 @@ use crate::contact::Contacts;
 use crate::contact::constraint::contact_constraint::shear_norm;
 use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::constraint::initial_overlap::ordered;
-use crate::contact::surface::{Configuration, FeatureKind, Pair};
+use crate::contact::surface::{Configuration, ConstantMotion, FeatureKind, Pair};
 use crate::contact::tolerances::PREDICTIONS_PER_TASK;
 
 /// A predicted impact, or a present contact, of two blocks.
@@ -64,6 +64,7 @@ impl<const D: usize> Contacts<D> {
         duration: f64,
         predicted: &mut PredictedImpacts<D>,
     ) {
+        let motion = ConstantMotion { at, velocity };
         let closed = &mut predicted.closed;
         closed.clear();
         closed.extend(self.contact_points().map(|contact| contact.pair));
@@ -71,28 +72,31 @@ impl<const D: usize> Contacts<D> {
         let surface = &*self.model_data.surface;
         let wait = |&pair: &Pair| {
             let is_closed = closed.binary_search(&pair).is_ok();
-            if is_closed || !surface.may_touch_in_drift(pair, at, at.after(velocity, duration)) {
+            if is_closed || !surface.may_touch_in_drift(pair, at, motion.after(duration)) {
                 return None;
             }
-            surface.time_of_impact(pair, at, velocity, duration, self.model_data.tolerance)
+            surface.time_of_impact(pair, motion, duration, self.model_data.tolerance)
         };
         let near = self
+            .state
             .candidates
             .par_iter()
             .with_min_len(PREDICTIONS_PER_TASK);
         near.map(wait).collect_into_vec(&mut predicted.waits);
         let impact = |&(pair, wait): &(Pair, f64)| {
-            let then = at.after(velocity, wait);
+            let then = motion.after(wait);
             let foot = surface.project(pair, then).foot.map(|w| w.clamp(0.0, 1.0));
             let jacobian = surface.jacobian(pair, &foot, then);
             let speed = -jacobian.relative_velocity(0, velocity);
             PredictedImpact {
                 speed,
                 wait,
-                ..self.impact_at(pair, &foot, (then, rest), jacobian.frame[0])
+                point: surface.point(pair, then),
+                normal: jacobian.frame[0],
+                ..self.impact_at(pair, &foot, rest)
             }
         };
-        let near = self.candidates.iter().zip(&predicted.waits);
+        let near = self.state.candidates.iter().zip(&predicted.waits);
         predicted.touching.clear();
         let touching = near.filter_map(|(&pair, wait)| Some((pair, (*wait)?)));
         predicted.touching.extend(touching);
@@ -122,20 +126,17 @@ impl<const D: usize> Contacts<D> {
                 since: Some(contact.history.time_on),
                 slip: contact.history.slip,
                 slip_rate: shear_norm(&jacobian.relative_velocities(velocity)),
-                ..self.impact_at(contact.pair, &contact.foot, (at, rest), jacobian.frame[0])
+                point: surface.point(contact.pair, at),
+                normal: jacobian.frame[0],
+                ..self.impact_at(contact.pair, &contact.foot, rest)
             }
         };
         self.contact_points().map(impact)
     }
 
-    /// Returns the impact of a pair with this `foot`, at rest: its speed and times are not set.
-    fn impact_at(
-        &self,
-        pair: Pair,
-        foot: &[f64; 2],
-        (at, rest): (Configuration<D>, Configuration<D>),
-        normal: [f64; D],
-    ) -> PredictedImpact<D> {
+    /// Returns the impact of a pair with this `foot`, at rest: its place, normal, speed and times
+    /// are not set.
+    fn impact_at(&self, pair: Pair, foot: &[f64; 2], rest: Configuration<D>) -> PredictedImpact<D> {
         let surface = &*self.model_data.surface;
         let nodes = [
             surface.main_nodes(pair.main),
@@ -148,8 +149,8 @@ impl<const D: usize> Contacts<D> {
             are_edges: points.map(|point| matches!(point.kind, FeatureKind::Edge(_))),
             rest: points.map(|point| point.position),
             nodes,
-            point: surface.point(pair, at),
-            normal,
+            point: [0.0; D],
+            normal: [0.0; D],
             speed: 0.0,
             wait: 0.0,
             since: None,

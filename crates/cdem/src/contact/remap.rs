@@ -5,11 +5,13 @@ use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::detection::candidates::CandidateSearch;
 use crate::contact::detection::clusters::Clusters;
 use crate::contact::island::Island;
+use crate::contact::state::IslandIndex;
 use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::tolerances::{LIFT_STEPS, SLIGHT_OVERLAP};
 use crate::contact::{Contacts, DriftInterval};
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::mesh::Mesh;
+use crate::model::block_of;
 use crate::model::inverse_mass::InverseMass;
 
 impl<const D: usize> Contacts<D> {
@@ -18,15 +20,14 @@ impl<const D: usize> Contacts<D> {
     pub(crate) fn nodes_harmed(&self, at: Configuration<D>, moves: &[[f64; D]]) -> Vec<bool> {
         let tolerance = self.model_data.tolerance;
         let ways: Vec<f64> = moves.iter().map(norm).collect();
-        let mut margins = vec![tolerance; self.fixed.len()];
+        let mut margins = vec![tolerance; self.model_data.fixed.len()];
         for (way, &block) in ways.iter().zip(&self.model_data.block_of) {
             let margin = &mut margins[block as usize];
             *margin = margin.max(way + tolerance);
         }
         let margin = |block: u32| margins[block as usize];
-        let may_meet = self.model_data.may_touch(&self.fixed);
         let goes = |block: u32| margin(block) > tolerance;
-        let wanted = |[a, b]: [u32; 2]| (goes(a) || goes(b)) && may_meet([a, b]);
+        let wanted = |[a, b]: [u32; 2]| (goes(a) || goes(b)) && self.model_data.may_touch([a, b]);
         let surface = &*self.model_data.surface;
         let patches = &self.model_data.clusters;
         let mut closed: Vec<Pair> = self.contact_points().map(|contact| contact.pair).collect();
@@ -103,35 +104,30 @@ impl<const D: usize> Contacts<D> {
         Some(shift)
     }
 
-    /// Transfers contacts to the surface of another mesh of the same blocks, some of them
-    /// `changed`. A contact stays at its material point. If that point no longer exists, the
+    /// Transfers contacts to the `surface` of another mesh of the same blocks. A contact stays at its material point. If that point no longer exists, the
     /// contact continues as the nearest new contact of its blocks, or ends.
     pub(crate) fn remesh(
         &mut self,
-        (old, new): (MeshConfiguration<D>, MeshConfiguration<D>),
-        mesh: &Mesh<D>,
+        exchange: MeshExchange<D>,
         surface: Box<dyn Surface<D>>,
-        changed: &[bool],
         inertia: &InverseMass<D>,
         time: f64,
     ) {
         // The next kick sees another surface.
-        self.energies.penetration = self.max_penetration(old.at);
-        let before = self.exchange_surface(mesh, surface);
-        self.search = CandidateSearch::default();
-        self.candidates.clear();
-        self.joins.clear();
-        self.grouped = false;
-        let all = self.islands.iter_mut();
+        self.state.energies.penetration = self.max_penetration(exchange.old.at);
+        let before = self.exchange_surface(exchange.mesh, surface);
+        self.state.search = CandidateSearch::default();
+        self.state.candidates.clear();
+        self.state.joins.clear();
+        self.workspace.islands_outdated = true;
+        let all = self.state.islands.iter_mut();
         let all: Vec<ContactPoint<D>> = all
             .flat_map(|island| island.contact_points.drain(..))
             .collect();
         let carry = ContactRemap {
             before: &*before,
             after: &*self.model_data.surface,
-            configurations: [old, new],
-            mesh,
-            changed,
+            exchange,
         };
         let (mut kept, mut lost) = (Vec::new(), Vec::new());
         for contact in all {
@@ -145,15 +141,15 @@ impl<const D: usize> Contacts<D> {
         kept.dedup_by(|next, first| {
             let same = next.pair == first.pair;
             if same {
-                self.ended.push(next.history.ended(time));
+                self.state.ended.push(next.history.ended(time));
             }
             same
         });
-        self.islands = vec![Island {
+        self.state.islands = vec![Island {
             contact_points: kept,
             ..Island::default()
         }];
-        self.replace_lost(lost, new.at, inertia, time);
+        self.replace_lost(lost, exchange.new.at, inertia, time);
     }
 
     /// Replaces the surface by that of another mesh of the same blocks. Returns the old one.
@@ -163,21 +159,16 @@ impl<const D: usize> Contacts<D> {
         surface: Box<dyn Surface<D>>,
     ) -> Box<dyn Surface<D>> {
         let before = std::mem::replace(&mut self.model_data.surface, surface);
-        self.geometry_cache = None;
         let nodes = mesh.nodes.len();
-        self.model_data.block_of = vec![0; nodes];
-        for (number, block) in (0..).zip(&mesh.blocks) {
-            let nodes = block.nodes.start as usize..block.nodes.end as usize;
-            self.model_data.block_of[nodes].fill(number);
-        }
+        self.model_data.block_of = block_of(mesh);
         self.model_data.halvings = mesh.halvings_at_nodes();
         self.model_data.clusters = Clusters::new(
             &*self.model_data.surface,
             &self.model_data.block_of,
             &mesh.nodes,
         );
-        self.in_island = vec![false; nodes];
-        (self.island_node_index, self.island_of) = (vec![0; nodes], vec![0; nodes]);
+        self.workspace.geometry_cache = None;
+        self.workspace.index = IslandIndex::new::<D>(nodes, &[]);
         before
     }
 
@@ -199,32 +190,23 @@ impl<const D: usize> Contacts<D> {
             .collect();
         blocks.sort_unstable();
         blocks.dedup();
-        let within = self.model_data.tolerance;
         let wanted = |pair: [u32; 2]| blocks.binary_search(&ordered(pair)).is_ok();
-        let mut pairs = self
-            .model_data
-            .blocks(&self.fixed)
-            .pairs_within(at, within, &wanted);
+        let mut pairs = self.model_data.touching_pairs(at, &wanted);
         let context = self.model_data.context(inertia);
         let surface = context.surface;
-        pairs.retain(|&pair| {
-            let projection = surface.project(pair, at);
-            projection.gap.abs() <= within
-                && projection.outside <= within
-                && surface.in_normal_cone(pair, at)
-                && surface.can_transmit_load(pair, at, within)
-        });
-        let island = &mut self.islands[0];
+        pairs.retain(|&pair| surface.can_transmit_load(pair, at, context.tolerance));
+        let island = &mut self.state.islands[0];
         let kept = island.contact_points.len();
         island.activate_pairs(&context, DriftInterval::at_rest(at), &pairs, time);
         for contact in &mut island.contact_points[kept..] {
             contact.is_new = false;
             match LostContact::nearest(&lost, contact, surface.point(contact.pair, at)) {
                 Some(nearest) => contact.follow_on(&lost.swap_remove(nearest).contact),
-                None => self.energies.touch_count += 1,
+                None => self.state.energies.touch_count += 1,
             }
         }
-        self.ended
+        self.state
+            .ended
             .extend(lost.into_iter().map(|of| of.contact.history.ended(time)));
     }
 }
@@ -262,20 +244,20 @@ impl<const D: usize> ContactPoint<D> {
 struct ContactRemap<'a, const D: usize> {
     before: &'a dyn Surface<D>,
     after: &'a dyn Surface<D>,
-    /// Before and after.
-    configurations: [MeshConfiguration<'a, D>; 2],
-    /// The new mesh.
-    mesh: &'a Mesh<D>,
-    /// For each block: true if its mesh has changed.
-    changed: &'a [bool],
+    exchange: MeshExchange<'a, D>,
 }
 
 impl<const D: usize> ContactRemap<'_, D> {
     /// Returns the contact on the new surface, if its material point still exists there.
     fn transferred(&self, mut contact: ContactPoint<D>) -> Result<ContactPoint<D>, LostContact<D>> {
-        let [old, new] = self.configurations;
+        let MeshExchange {
+            old,
+            new,
+            mesh,
+            changed,
+        } = self.exchange;
         let blocks = contact.history.blocks;
-        let nodes = blocks.map(|block| self.mesh.blocks[block as usize].nodes.clone());
+        let nodes = blocks.map(|block| mesh.blocks[block as usize].nodes.clone());
         let marks = self
             .before
             .material_points(contact.pair, &contact.foot, old.rest);
@@ -291,12 +273,24 @@ impl<const D: usize> ContactRemap<'_, D> {
             *vector = rotated(vector, &frames);
         }
         contact.offset = rotated(&contact.offset, &frames);
-        if blocks.iter().any(|&block| self.changed[block as usize]) {
+        if blocks.iter().any(|&block| changed[block as usize]) {
             contact.foot = foot;
         }
         (contact.pair, contact.normal) = (pair, frames[1][0]);
         Ok(contact)
     }
+}
+
+/// Exchange of the mesh of some blocks.
+#[derive(Clone, Copy)]
+pub(crate) struct MeshExchange<'a, const D: usize> {
+    /// Configurations of the old mesh and of the new one.
+    pub(crate) old: MeshConfiguration<'a, D>,
+    pub(crate) new: MeshConfiguration<'a, D>,
+    /// The new mesh.
+    pub(crate) mesh: &'a Mesh<D>,
+    /// For each block: true if its mesh has changed.
+    pub(crate) changed: &'a [bool],
 }
 
 /// Configuration of a mesh: now, and at rest.

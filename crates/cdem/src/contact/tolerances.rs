@@ -90,7 +90,7 @@ pub(crate) const EDGE_TURN_RATE: f64 = 8.0;
 /// counts 4 · 2 (w₁ + w₂)/s, that of the two faces of either edge 4w/s.
 pub(crate) const SIDE_TURN_RATE: f64 = 16.0;
 
-/// Rate at which the length in [`CullingResult::Lacks`](crate::contact::surface::CullingResult) may
+/// Rate at which the length in [`CullingResult::ExcludedUntil`](crate::contact::surface::CullingResult) may
 /// shrink, relative to the sum of the travels of both blocks. At first order the rate is 1 in front
 /// of faces, 1.1 and 1.75 between edges (`narrow_phase/culling.rs`), and 1.3 where edges sharpen.
 /// The length is used up before nodes have moved by a 16th of the smallest length involved; the
@@ -201,7 +201,7 @@ pub(crate) const DISTANCE_CHECKED: f64 = 1.5;
 /// motion bound plus tolerance. The allowance is a tenth of the tolerance, which is far above it.
 pub(crate) const DISTANCE_KEPT: f64 = 1.6;
 
-/// Allowance for round-off of [`CullingResult::Lacks`](crate::contact::surface::CullingResult),
+/// Allowance for round-off of [`CullingResult::ExcludedUntil`](crate::contact::surface::CullingResult),
 /// relative to the contact tolerance. The round-off is far below.
 pub(crate) const CULLING_ROUND_OFF: f64 = 0.01;
 

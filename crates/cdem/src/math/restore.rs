@@ -7,10 +7,10 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum ResumeError {
     /// The checkpoint does not contain the state of a run of this version.
-    #[error("it does not hold the state of a run: {0}")]
+    #[error("it does not contain the state of a run: {0}")]
     Unreadable(postcard::Error),
     /// The checkpoint belongs to another scene or mesh.
-    #[error("it is not of a run of this scene: {0}")]
+    #[error("it is from a run of another scene or mesh; the difference is in {0}")]
     Misfit(&'static str),
 }
 

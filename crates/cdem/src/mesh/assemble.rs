@@ -188,8 +188,8 @@ impl Sources {
         if let Some(first) = unused.first() {
             let (mesh, count) = (&source.raw.origin, unused.len());
             notes.push(format!(
-                "{mesh}: nodes that belong to no {D}-D element are left out: {count}, the first \
-                 has the number {first}"
+                "{mesh}: number of nodes that are left out because no {D}-D element has them: \
+                 {count}; the first is node {first}"
             ));
         }
         self.list.push(source);

@@ -33,7 +33,7 @@ pub enum MeshError {
         help: String,
     },
     /// Arrays of a [`RawMesh`](crate::mesh::RawMesh) do not fit together.
-    #[error("{mesh}: {problem}; whatever made this mesh is at fault")]
+    #[error("{mesh}: {problem}; the program that made this mesh is at fault")]
     Inconsistent {
         /// The mesh.
         mesh: String,
@@ -57,8 +57,8 @@ pub enum MeshError {
             nearest,
             known,
             "",
-            "physical groups are made in Gmsh, and shapes have sides \
-         such as \"floor.ymax\"; a boundary may name a `block` instead"
+            "make physical groups in Gmsh, use a side of a shape such as \"floor.ymax\", or, for a \
+         boundary condition, name a `block`"
         )
     )]
     UnknownGroup {
@@ -71,8 +71,8 @@ pub enum MeshError {
     },
     /// Several different groups have this name.
     #[error(
-        "group \"{name}\" is ambiguous: it is {}; give them different names in the mesh, \
-         or, if they are of different blocks, name the block too, as in \"block.{name}\"",
+        "the name \"{name}\" stands for several groups: {}; give them different names in the \
+         mesh, or, if they belong to different blocks, add the block, as in \"block.{name}\"",
         origins.join(", and ")
     )]
     AmbiguousGroup {
@@ -83,8 +83,8 @@ pub enum MeshError {
     },
     /// The group exists in a mesh file, but on none of the blocks.
     #[error(
-        "group \"{name}\" ({origin}) lies on none of the blocks; choose another, \
-         or make a block of the part of the mesh that it belongs to"
+        "group \"{name}\" ({origin}) has no part on any block; choose another group, \
+         or add a block for its part of the mesh"
     )]
     EmptyGroup {
         /// The name asked for.
@@ -101,7 +101,7 @@ pub enum BlockFault {
     /// `block.group` names no physical group.
     #[error(
         "no physical group \"{group}\"; {}",
-        groups(nearest, known, &format!(" of {cells}"), "leave `group` out to take the whole mesh")
+        groups(nearest, known, &format!(" of {cells}"), "leave out `group` to use the whole mesh")
     )]
     UnknownGroup {
         /// The name asked for.
@@ -125,8 +125,8 @@ pub enum BlockFault {
     },
     /// The mesh or group has no elements for a block.
     #[error(
-        "{what} has no {dimension}-D elements; mesh to that dimension (gmsh -{dimension}), \
-         and save physical groups of that dimension or Mesh.SaveAll = 1{}",
+        "{what} has no {dimension}-D elements; make a mesh of that dimension (gmsh -{dimension}), \
+         and save physical groups of that dimension or use Mesh.SaveAll = 1{}",
         instead(*found)
     )]
     Empty {
@@ -165,8 +165,8 @@ pub enum BlockFault {
     },
     /// An element is so far from the origin that its nodes can hardly be told apart.
     #[error(
-        "{kind} element {element} near {} is {} m large, but numbers there are {} m apart; bring \
-         the block nearer to the origin (translate), or check its units (scale)",
+        "{kind} element {element} near {} is {} m large, but floating-point numbers there are {} m \
+         apart; move the block nearer to the origin (translate), or check its units (scale)",
         coordinates(at), short(*size), short(*spacing)
     )]
     Blurred {
@@ -198,7 +198,7 @@ pub enum BlockFault {
     },
     /// An element uses a node twice.
     #[error(
-        "{kind} element {element} near {} has node {node} twice; mend its nodes, or {}",
+        "{kind} element {element} near {} has node {node} twice; correct its nodes, or {}",
         coordinates(at),
         if matches!(*kind, "tri3" | "tet4") { "remove it" } else { "make it a simplex" }
     )]
@@ -247,8 +247,8 @@ pub enum BlockFault {
     },
     /// Two elements have the same nodes.
     #[error(
-        "elements {first} and {second} near {} have the same nodes; remove one \
-         (in Gmsh: Coherence Mesh, or look for a surface or volume that exists twice)",
+        "elements {first} and {second} near {} have the same nodes; remove one of them \
+         (in Gmsh: Coherence Mesh, or remove a surface or volume that exists twice)",
         coordinates(at)
     )]
     Duplicate {
@@ -262,7 +262,7 @@ pub enum BlockFault {
     /// Elements overlap at a facet.
     #[error(
         "elements {} near {} overlap at a common facet: at most two elements may share a \
-         facet, one on each side; look for surfaces or volumes that overlap in the geometry",
+         facet, one on each side; correct surfaces or volumes that overlap in the geometry",
         numbers(elements),
         coordinates(at)
     )]
@@ -281,7 +281,9 @@ pub enum BlockFault {
         problem: String,
     },
     /// The name of a part is that of another block.
-    #[error("the name \"{name}\" of a part is that of another block; rename one of the blocks")]
+    #[error(
+        "a part of this block would have the name \"{name}\" of another block; rename one of them"
+    )]
     NameTaken {
         /// The name.
         name: String,
@@ -326,10 +328,10 @@ fn instead(found: Option<usize>) -> String {
         None => String::new(),
         Some(dimension @ 2..) => {
             format!(
-                "; or, for the {dimension}-D elements it has, dimension = {dimension} in the scene"
+                "; or set dimension = {dimension} in the scene to use its {dimension}-D elements"
             )
         }
-        Some(_) => "; it has points or lines alone".to_owned(),
+        Some(_) => "; it has only points or lines".to_owned(),
     }
 }
 
@@ -351,7 +353,7 @@ pub(super) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> O
 fn groups(nearest: &Option<String>, known: &[String], of: &str, otherwise: &str) -> String {
     let all = list(known);
     match nearest {
-        Some(name) => format!("do you mean \"{name}\"? The groups{of} are: {all}"),
+        Some(name) => format!("did you mean \"{name}\"? The groups{of} are: {all}"),
         None if known.is_empty() => format!("there are no groups{of}: {otherwise}"),
         None => format!("the groups{of} are: {all}"),
     }

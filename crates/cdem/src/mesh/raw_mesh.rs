@@ -146,13 +146,13 @@ impl RawMesh {
                 .find(|&&s| s as usize >= self.group_sets.len())
             {
                 return Err(fault(format!(
-                    "a cell lies in group set {set}, which there is not"
+                    "a cell lies in group set {set}, which does not exist"
                 )));
             }
         }
         let known = |set: &Vec<u32>| set.iter().all(|&g| (g as usize) < self.groups.len());
         if !self.group_sets.iter().all(known) {
-            return Err(fault("a set names a group that there is not".into()));
+            return Err(fault("a set names a group that does not exist".into()));
         }
         Ok(())
     }

@@ -7,13 +7,16 @@ impl<const D: usize> Mesh<D> {
     /// read from files and [assembled](fn@crate::mesh::assemble) is sound.
     pub(crate) fn fault(&self, sources: usize) -> Option<&'static str> {
         let rules: [(bool, &'static str); 5] = [
-            (self.has_blocks(sources), "its blocks do not divide it"),
+            (
+                self.has_blocks(sources),
+                "its blocks do not cover it exactly once",
+            ),
             (self.has_elements(), "elements have nodes of other blocks"),
             (
                 self.nodes.iter().flatten().all(|x| x.is_finite()),
                 "nodes have coordinates that are not finite",
             ),
-            (self.has_groups(), "groups have nodes that are not there"),
+            (self.has_groups(), "groups have nodes that do not exist"),
             (self.parts.is_none(), "it is refined already"),
         ];
         let broken = rules.into_iter().find(|(holds, _)| !holds);

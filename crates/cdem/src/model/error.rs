@@ -20,15 +20,16 @@ pub enum ModelError {
         source: MeshError,
     },
     /// The mesh data are not a valid mesh.
-    #[error("the mesh is not whole: {0}")]
+    #[error("the mesh is not valid: {0}")]
     Unsound(&'static str),
     /// Block names that refer to no part of the mesh.
     #[error("{}", list(.0))]
     UnknownBlocks(Vec<Problem>),
     /// A load needs facets.
     #[error(
-        "group \"{group}\" has no boundary facets of a block that may move; a load acts on \
-         a physical group of edges (2-D) or faces (3-D) on the boundary, or of elements that have some"
+        "group \"{group}\" has no boundary facets of a block that can move; a load needs \
+         a physical group of edges (2-D) or faces (3-D) on the boundary, or of elements with such \
+         facets"
     )]
     NoFacets {
         /// Key of the scene.
@@ -38,7 +39,8 @@ pub enum ModelError {
     },
     /// A block is both prescribed and fixed.
     #[error(
-        "block \"{block}\" is fixed and cannot follow a boundary condition; drop `fixed`, or the boundary condition"
+        "block \"{block}\" is fixed and cannot follow a boundary condition; leave out `fixed` or \
+         the boundary condition"
     )]
     FixedBoundary {
         /// Key of the scene.
@@ -77,8 +79,8 @@ pub enum ModelError {
     },
     /// The contact tolerance joins points that are an edge apart.
     #[error(
-        "{} m is more than {} m, half of the smallest boundary edge: nodes would \
-         touch that are an edge apart; choose less, or leave it out",
+        "{} m is more than {} m, half of the smallest boundary edge: nodes at the two ends of an \
+         edge would touch the same points; choose a smaller value, or leave it out",
         short(*tolerance), short(0.5 * edge)
     )]
     Tolerance {
@@ -89,8 +91,8 @@ pub enum ModelError {
     },
     /// Two boundary conditions give a node different velocities.
     #[error(
-        "it gives node {node} of block \"{block}\" another velocity than boundary[{earlier}] does, \
-         along {axis}; take the node out of one group, or leave out that component"
+        "it prescribes another velocity of node {node} of block \"{block}\" along {axis} than \
+         boundary[{earlier}]; remove the node from one of the groups, or leave out that component"
     )]
     Contradiction {
         /// Key of the scene for the later of the two.
@@ -106,8 +108,8 @@ pub enum ModelError {
     },
     /// No step is short enough for an element.
     #[error(
-        "block \"{block}\", element {element} at {}: no step is short enough for it (its limit comes \
-         to {} s); its material is too stiff, too light or too damped: check the units of \
+        "block \"{block}\", element {element} at {}: it has no usable stable step ({} s); \
+         the material is too stiff, too light or too damped: check the units of \
          `young_modulus`, `density` and `damping`, and the size of the mesh",
         place(at), short(*limit)
     )]
@@ -125,9 +127,9 @@ pub enum ModelError {
     },
     /// An element needs a finer level than there is.
     #[error(
-        "block \"{block}\", element {element} at {} is stable up to {} s only: level {needed} \
-         of a step of {} s, and there are 16; take a smaller `time.step`, or mend the mesh \
-         there (a sliver?)",
+        "block \"{block}\", element {element} at {}: its stable step, {} s, needs time level \
+         {needed} of a coarse step of {} s, but the finest is 16; choose a smaller `time.step`, or \
+         look for a flat element in the mesh there",
         place(at), short(*limit), short(*step)
     )]
     TooFine {
@@ -146,7 +148,7 @@ pub enum ModelError {
     },
     /// The run would take more steps than can be counted.
     #[error(
-        "{} steps of {} s to t = {} s are too many; raise `time.step` or lower `time.end`",
+        "{} steps of {} s to t = {} s are too many; increase `time.step` or reduce `time.end`",
         short(*count), short(*step), short(*end)
     )]
     TooManySteps {
@@ -159,8 +161,8 @@ pub enum ModelError {
     },
     /// A start velocity that no body can have; its energy may not be a number.
     #[error(
-        "block \"{block}\" starts at {} m/s, faster than light; check the units of \
-         `velocity` and `angular_velocity`, and of what is prescribed at t = 0",
+        "block \"{block}\" starts at {} m/s, faster than light; check the units of its \
+         `velocity` and `angular_velocity`, and of the boundary conditions at t = 0",
         short(*speed)
     )]
     TooFast {
@@ -172,7 +174,7 @@ pub enum ModelError {
         speed: f64,
     },
     /// All blocks are fixed.
-    #[error("the scene has no block that may move")]
+    #[error("all blocks of the scene are fixed; at least one must be free to move")]
     NothingMoves,
 }
 

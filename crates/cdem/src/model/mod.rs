@@ -9,16 +9,14 @@ pub(crate) mod kinematics;
 pub(crate) mod ledger;
 pub(crate) mod load;
 pub(crate) mod positions;
+pub(crate) mod state;
 pub(crate) mod time_levels;
 pub(crate) mod time_step;
-
-use serde::{Deserialize, Serialize};
 
 pub use crate::model::error::ModelError;
 
 use crate::element::mass::MassKind;
 use crate::element::{BlockProperties, ElementNumbering, ElementSet};
-use crate::math::serde_pod;
 use crate::math::vector::add_scaled;
 use crate::mesh::Mesh;
 use crate::model::boundary::PrescribedMotion;
@@ -26,6 +24,7 @@ use crate::model::inverse_mass::InverseMass;
 use crate::model::kinematics::NodalMotion;
 use crate::model::load::SurfaceLoad;
 use crate::model::positions::Positions;
+pub(crate) use crate::model::state::State;
 use crate::scene::{Damping, Problem, Scene, Schedule};
 
 /// Mesh, elements, masses and loads. A step changes only the history of the elements and the
@@ -67,29 +66,6 @@ pub(crate) struct BlockData {
     pub(crate) inertia_error: f64,
 }
 
-/// The arrays that a step changes. A restart needs them, and also the stored data of the elements,
-/// the contacts and the adaptivity, and the impulses of the last kick.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct State<const D: usize> {
-    /// Number of coarse steps made.
-    pub(crate) number: u64,
-    #[serde(with = "serde_pod")]
-    pub(crate) displacement: Vec<[f64; D]>,
-    #[serde(with = "serde_pod")]
-    pub(crate) compensation: Vec<[f64; D]>,
-    #[serde(with = "serde_pod")]
-    pub(crate) velocity: Vec<[f64; D]>,
-    /// Interval before the last kick of each element and node, s. It is 0 before the first kick, so
-    /// that a run begins with half a kick.
-    #[serde(with = "serde_pod")]
-    pub(crate) element_interval: Vec<f64>,
-    #[serde(with = "serde_pod")]
-    pub(crate) node_interval: Vec<f64>,
-    /// Contact force of the last kick, N, stored only where local damping needs it.
-    #[serde(with = "serde_pod")]
-    pub(crate) contact_force: Vec<[f64; D]>,
-}
-
 impl<const D: usize> Model<D> {
     /// Borrows the nodes and the state as one [`NodalMotion`].
     pub(crate) fn motion<'a>(&'a self, state: &'a mut State<D>) -> NodalMotion<'a, D> {
@@ -111,6 +87,11 @@ impl<const D: usize> Model<D> {
             add_scaled(&mut sum, m, &at(node));
         }
         sum.map(|x| x / mass)
+    }
+
+    /// For each boundary condition: true if it acts at a time, s.
+    pub(crate) fn active_boundaries(&self, time: f64) -> impl Iterator<Item = bool> + '_ {
+        self.boundaries.iter().map(move |motion| motion.acts(time))
     }
 
     /// Returns the current positions.

@@ -10,9 +10,9 @@ use crate::mesh::{Mesh, MeshBlock};
 use crate::model::time_levels::MAX_LEVEL;
 use crate::refinement::base_model::BaseModel;
 use crate::refinement::composite_mesh::refined;
-use crate::refinement::impact_history::ImpactHistory;
 use crate::refinement::indicator::{ImpactPrediction, RefinementLimit, RefinementTarget};
 use crate::refinement::refined_block::RefinedBlock;
+use crate::refinement::state::AdaptivityState;
 use crate::refinement::zone::{FLUSH_GRADING, GRADING, Zone};
 use crate::scene::ZoneExtent;
 
@@ -40,23 +40,9 @@ pub(crate) struct Adaptivity<const D: usize> {
     extent: ZoneExtent,
     /// Extent of each block, m: the diagonal of its bounding box.
     pub(super) widths: Vec<f64>,
-    pub(super) zones: Vec<Vec<Zone<D>>>,
-    /// Number of zones that the overlay of each block has, and the zones that it could not have.
-    pub(super) zones_made: Vec<usize>,
-    pub(super) zones_refused: Vec<Vec<Zone<D>>>,
-    /// For each block, the limit that refused the last of those zones.
-    pub(super) why_refused: Vec<RefinementLimit>,
+    /// Refined block of each block that has an overlay, built from the zones of the state.
     pub(super) refined_blocks: Vec<Option<RefinedBlock<D>>>,
-    /// The last coarse step in which each block may have zones.
-    pub(super) kept_until: Vec<u64>,
-    /// Blocks with new zones that their overlay does not have yet.
-    pub(super) waiting_blocks: Vec<usize>,
-    /// Energy that changes of level and position corrections have made in each block, J.
-    pub(super) energy_debts: Vec<f64>,
-    /// For each block, true if it is fixed or all its nodes are prescribed.
-    pub(super) is_prescribed: Vec<bool>,
-    /// History of the impacts of block pairs.
-    pub(super) impact_history: ImpactHistory,
+    pub(super) state: AdaptivityState<D>,
 }
 
 /// A new overlay for a block, or its removal, and the zones for which it is built.
@@ -108,16 +94,8 @@ impl<const D: usize> Adaptivity<D> {
             energy_loss: contact.energy_loss,
             max_level: contact.max_level,
             extent: contact.zone,
-            zones: vec![Vec::new(); count],
-            zones_made: vec![0; count],
-            zones_refused: vec![Vec::new(); count],
-            why_refused: vec![RefinementLimit::Masses; count],
             refined_blocks: vec![None; count],
-            kept_until: vec![0; count],
-            waiting_blocks: Vec::new(),
-            energy_debts: vec![0.0; count],
-            is_prescribed: vec![false; count],
-            impact_history: ImpactHistory::default(),
+            state: AdaptivityState::new(count),
             base_model,
         }
     }
@@ -176,37 +154,37 @@ impl<const D: usize> Adaptivity<D> {
 
     /// Returns true if a block is fixed or all its nodes are prescribed.
     pub(crate) fn is_still(&self, block: usize) -> bool {
-        self.is_prescribed[block]
+        self.state.is_prescribed[block]
     }
 
     /// Sets, for each block, if it is fixed or all its nodes are prescribed.
     pub(crate) fn set_still(&mut self, still: impl Iterator<Item = bool>) {
-        self.is_prescribed.clear();
-        self.is_prescribed.extend(still);
+        self.state.is_prescribed.clear();
+        self.state.is_prescribed.extend(still);
     }
 
     /// Returns the blocks with an energy debt.
     pub(crate) fn blocks_in_debt(&self) -> Vec<usize> {
-        let blocks = 0..self.energy_debts.len();
+        let blocks = 0..self.state.energy_debts.len();
         blocks
-            .filter(|&block| self.energy_debts[block] > 0.0)
+            .filter(|&block| self.state.energy_debts[block] > 0.0)
             .collect()
     }
 
     /// Returns the energy debt of a block, J.
     pub(crate) fn energy_debt(&self, block: usize) -> f64 {
-        self.energy_debts[block]
+        self.state.energy_debts[block]
     }
 
     /// Adds energy that a change of level or a position correction has made in a block, J.
     pub(crate) fn add_energy_debt(&mut self, block: usize, energy: f64) {
-        self.energy_debts[block] += energy;
+        self.state.energy_debts[block] += energy;
     }
 
     /// Drops the energy that such changes have taken from blocks in a coarse step. A later change
     /// must not give it back: that would be a gain from nothing.
     pub(crate) fn forget_credit(&mut self) {
-        for debt in &mut self.energy_debts {
+        for debt in &mut self.state.energy_debts {
             *debt = debt.max(0.0);
         }
     }
@@ -231,21 +209,22 @@ impl<const D: usize> Adaptivity<D> {
                 continue;
             }
             let zone = self.zone(encounter, side, finest, is_flush, until);
-            if self.zones_refused[block]
+            if self.state.zones_refused[block]
                 .iter()
                 .any(|known| known.covers(&zone))
             {
                 let blocks = encounter.blocks.map(|block| block as u32);
-                self.impact_history
-                    .refuse(blocks, block, self.why_refused[block]);
+                self.state
+                    .impact_history
+                    .refuse(blocks, block, self.state.why_refused[block]);
                 continue;
             }
-            let mut known = self.zones[block].iter_mut();
+            let mut known = self.state.zones[block].iter_mut();
             match known.find(|known| known.covers(&zone)) {
                 Some(known) => known.until = known.until.max(until),
                 None => {
-                    self.zones[block].push(zone);
-                    self.waiting_blocks.push(block);
+                    self.state.zones[block].push(zone);
+                    self.state.waiting_blocks.push(block);
                 }
             }
         }
@@ -283,7 +262,7 @@ impl<const D: usize> Adaptivity<D> {
     /// there.
     pub(crate) fn keep(&mut self, block: usize, centre: &[f64; D], slip: [f64; 2], until: u64) {
         let (mut is_inside, mut left) = (false, None::<Zone<D>>);
-        for zone in &mut self.zones[block] {
+        for zone in &mut self.state.zones[block] {
             if zone.has(centre) {
                 zone.until = zone.until.max(until);
                 is_inside = true;
@@ -299,20 +278,22 @@ impl<const D: usize> Adaptivity<D> {
             }
         }
         if let Some(zone) = left.filter(|_| !is_inside) {
-            self.zones[block].push(zone);
-            self.waiting_blocks.push(block);
+            self.state.zones[block].push(zone);
+            self.state.waiting_blocks.push(block);
         }
     }
 
     /// Records an impact of two blocks until the step `until`, with the energy of one of its
     /// touches, J. Returns the energy of the impact.
     pub(crate) fn record_impact(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
-        self.impact_history.record_energy(blocks, energy, until)
+        self.state
+            .impact_history
+            .record_energy(blocks, energy, until)
     }
 
     /// Allows zones of a block until the step `until`, if they are needed so long.
     pub(crate) fn keep_until(&mut self, block: usize, until: u64) {
-        self.kept_until[block] = self.kept_until[block].max(until);
+        self.state.kept_until[block] = self.state.kept_until[block].max(until);
     }
 
     /// Records the refinement target of the impact of two blocks, with time, s, and speed, m/s.
@@ -322,55 +303,61 @@ impl<const D: usize> Adaptivity<D> {
         depth: &RefinementTarget,
         seen: [f64; 2],
     ) {
-        self.impact_history.record_target(blocks, depth, seen);
+        self.state.impact_history.record_target(blocks, depth, seen);
     }
 
     /// Returns warnings for the user: the impacts predicted to lose more than `energy_loss`, and
     /// the reasons.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let name = |block: usize| &self.base_model.mesh.blocks[block].name;
-        let limited = self.impact_history.limited().into_iter().map(|(limit, found)| {
-            let why = match limit {
+        let limited = self
+            .state
+            .impact_history
+            .limited()
+            .into_iter()
+            .map(|(limit, found)| {
+                let why = match limit {
                 RefinementLimit::Speed => {
-                    "so fast that smaller elements would leave what is elastic".to_owned()
+                    "at these speeds, strains of smaller elements would leave the elastic range"
+                        .to_owned()
                 }
                 RefinementLimit::Damping => {
-                    "smaller elements would need far shorter steps for their \
-                                   damping in proportion to stiffness"
+                    "stiffness-proportional damping of smaller elements would need much shorter \
+                     steps"
                         .to_owned()
                 }
                 RefinementLimit::Level => format!("`max_level` is {}", self.max_level),
                 RefinementLimit::Step => format!(
-                    "smaller elements need finer steps than 1/{} of the coarse one: try a smaller \
-                     `time.step`",
+                    "smaller elements need shorter steps than 1/{} of the coarse step: try a \
+                     smaller `time.step`",
                     1 << MAX_LEVEL
                 ),
                 RefinementLimit::Crowd => {
-                    "long or wide touches would take too many elements".to_owned()
+                    "long or wide touches would need too many elements".to_owned()
                 }
                 RefinementLimit::Masses if self.max_level < 2 => format!(
-                    "with `max_level` = {} blocks have too few nodes to keep their moments of \
-                     inertia: raise it to 2, mesh them, or set mass = \"lumped\"",
+                    "with `max_level` = {}, refined blocks have too few nodes to keep their \
+                     moments of inertia: set it to 2, use finer meshes, or set mass = \"lumped\"",
                     self.max_level
                 ),
                 RefinementLimit::Masses => {
-                    "masses of finer elements could not keep the moments of \
-                                  inertia: mesh these blocks"
+                    "the masses of smaller elements could not keep the moments of inertia: use \
+                     finer meshes of these blocks"
                         .to_owned()
                 }
             };
-            let [a, b] = found.blocks.map(|block| name(block as usize));
-            format!(
-                "collisions that were foreseen to lose more than `energy_loss` = {} at the first \
-                 touch: {}; {why} (the first: \"{a}\" and \"{b}\" at t = {}, at {} m/s, to \
-                 lose {} at most)",
-                short(self.energy_loss),
-                found.count,
-                quantity(found.time, "s"),
-                significant(found.speed, 3),
-                significant(found.share, 2)
-            )
-        });
+                let [a, b] = found.blocks.map(|block| name(block as usize));
+                format!(
+                    "number of impacts with a predicted loss above `energy_loss` = {} at the first \
+                 touch: {}; {why} (first of them: \"{a}\" and \"{b}\" at t = {}, at {} m/s, with \
+                 a loss of at most {})",
+                    short(self.energy_loss),
+                    found.count,
+                    quantity(found.time, "s"),
+                    significant(found.speed, 3),
+                    significant(found.share, 2)
+                )
+            });
         limited.collect()
     }
 
@@ -378,21 +365,21 @@ impl<const D: usize> Adaptivity<D> {
     /// new zones, and, if this is the `first` call of a step, every [`COARSENING_INTERVAL`] steps coarser ones for
     /// blocks with zones that are no longer needed.
     pub(crate) fn changes(&mut self, number: u64, first: bool) -> Vec<BlockChange<D>> {
-        self.impact_history.end(number);
-        let mut waiting = std::mem::take(&mut self.waiting_blocks);
+        self.state.impact_history.end(number);
+        let mut waiting: Vec<usize> = self.state.waiting_blocks.drain(..).collect();
         waiting.sort_unstable();
         waiting.dedup();
-        let with = |&block: &usize| (block, self.zones[block].clone());
+        let with = |&block: &usize| (block, self.state.zones[block].clone());
         let more = waiting.iter().map(with).collect();
         let (mut changes, refused) = self.refined_blocks_for(more, RefinedBlock::finer);
-        self.impact_history.refine(&waiting, &refused);
+        self.state.impact_history.refine(&waiting, &refused);
         for (&block, &limit) in &refused {
-            self.why_refused[block] = limit;
-            let new = self.zones[block].split_off(self.zones_made[block]);
-            self.zones_refused[block].extend(new);
+            self.state.why_refused[block] = limit;
+            let new = self.state.zones[block].split_off(self.state.zones_made[block]);
+            self.state.zones_refused[block].extend(new);
         }
         if first && number.is_multiple_of(COARSENING_INTERVAL) {
-            for refused in &mut self.zones_refused {
+            for refused in &mut self.state.zones_refused {
                 refused.retain(|zone| zone.until >= number);
             }
             let mut fewer = self.left(number);
@@ -445,7 +432,12 @@ impl<const D: usize> Adaptivity<D> {
 
     /// Returns the zones that are still needed, for blocks with zones that are not.
     fn left(&self, number: u64) -> Vec<(usize, Vec<Zone<D>>)> {
-        let blocks = self.zones.iter().zip(&self.kept_until).enumerate();
+        let blocks = self
+            .state
+            .zones
+            .iter()
+            .zip(&self.state.kept_until)
+            .enumerate();
         let left = blocks.filter_map(|(block, (zones, &stays))| {
             let needed = zones.iter().filter(|zone| zone.until.min(stays) >= number);
             let needed: Vec<Zone<D>> = needed.copied().collect();
@@ -464,14 +456,19 @@ impl<const D: usize> Adaptivity<D> {
 
     /// Records the zones that the overlay of a block has.
     fn take_zones(&mut self, block: usize, zones: Vec<Zone<D>>) {
-        self.zones_made[block] = zones.len();
-        self.zones[block] = zones;
-        self.zones_refused[block].clear();
+        self.state.zones_made[block] = zones.len();
+        self.state.zones[block] = zones;
+        self.state.zones_refused[block].clear();
     }
 
     /// Sets the overlay of a block; returns the old one.
     pub(crate) fn exchange(&mut self, change: BlockChange<D>) -> Option<RefinedBlock<D>> {
         self.take_zones(change.block, change.zones);
+        let halvings = change
+            .refined_block
+            .as_ref()
+            .map(RefinedBlock::uniform_halvings);
+        self.state.uniform_halvings[change.block] = halvings;
         std::mem::replace(&mut self.refined_blocks[change.block], change.refined_block)
     }
 }

@@ -29,6 +29,7 @@ mod refined_block_tests;
 pub(crate) mod rigid_modes;
 pub(crate) mod rigid_momenta;
 pub(crate) mod simplex_split;
+pub(crate) mod state;
 #[cfg(test)]
 mod tests;
 pub(crate) mod transfer;

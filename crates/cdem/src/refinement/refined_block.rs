@@ -18,7 +18,7 @@ const LEAST: f64 = 0.3;
 
 /// Maximum number of halvings of all elements of a block whose masses cannot be fitted; a simplex
 /// needs two (design, section 6).
-pub(super) const MOST_THROUGHOUT: i32 = 3;
+pub(super) const MOST_UNIFORM_HALVINGS: i32 = 3;
 
 /// Tolerance of the comparison with the least size: round-off.
 const ROUND_OFF: f64 = 1e-9;
@@ -49,7 +49,7 @@ impl<const D: usize> RefinedBlock<D> {
         old: Option<&Self>,
     ) -> Result<Option<Self>, RefinementLimit> {
         let least = old.map_or(0, |old| old.uniform_halvings);
-        let most = MOST_THROUGHOUT.min(base_model.scene.contact.max_level as i32);
+        let most = MOST_UNIFORM_HALVINGS.min(base_model.scene.contact.max_level as i32);
         Self::first(base_model, block, zones, least..=most)
     }
 
@@ -69,31 +69,31 @@ impl<const D: usize> RefinedBlock<D> {
     }
 
     /// Returns the first refined block whose masses can be fitted, over the numbers of halvings of
-    /// all elements in `times`.
+    /// all elements in `halvings`.
     fn first(
         base_model: &BaseModel<D>,
         block: usize,
         zones: &[Zone<D>],
-        mut times: RangeInclusive<i32>,
+        mut halvings: RangeInclusive<i32>,
     ) -> Result<Option<Self>, RefinementLimit> {
-        let found = times.find_map(|times| {
-            let refined_block = Self::new(base_model, block, zones, times);
+        let found = halvings.find_map(|halvings| {
+            let refined_block = Self::new(base_model, block, zones, halvings);
             // The other limits remain: a finer mesh never has longer steps.
             (!matches!(refined_block, Err(RefinementLimit::Masses))).then_some(refined_block)
         });
         found.unwrap_or(Err(RefinementLimit::Masses))
     }
 
-    /// Builds a block refined to its zones, with all its elements halved `throughout` times.
+    /// Builds a block refined to its zones, with all its elements halved `halvings` times.
     pub(super) fn new(
         base_model: &BaseModel<D>,
         block: usize,
         zones: &[Zone<D>],
-        throughout: i32,
+        halvings: i32,
     ) -> Result<Option<Self>, RefinementLimit> {
-        let most = match throughout {
+        let most = match halvings {
             0 => f64::INFINITY,
-            _ => base_model.largest_size(block) * 0.5_f64.powi(throughout),
+            _ => base_model.largest_size(block) * 0.5_f64.powi(halvings),
         };
         let finest = 0.5_f64.powi(base_model.scene.contact.max_level as i32);
         let overlay = base_model.overlay(block, &|corners, root| {
@@ -108,7 +108,7 @@ impl<const D: usize> RefinedBlock<D> {
         let Some(overlay) = overlay else {
             return Ok(None);
         };
-        Self::with_masses(base_model, block, overlay, throughout).map(Some)
+        Self::with_masses(base_model, block, overlay, halvings).map(Some)
     }
 
     /// Returns the number of halvings of all elements.
@@ -122,7 +122,7 @@ impl<const D: usize> RefinedBlock<D> {
         base_model: &BaseModel<D>,
         block: usize,
         overlay: Overlay<D>,
-        throughout: i32,
+        halvings: i32,
     ) -> Result<Self, RefinementLimit> {
         let mesh = composite_mesh::of_block(&base_model.mesh, block, Some(&overlay));
         let sets = base_model.sets(block, &mesh);
@@ -144,7 +144,7 @@ impl<const D: usize> RefinedBlock<D> {
         for set in &sets {
             for (i, &element) in set.mesh_elements().iter().enumerate() {
                 let is_new = element as usize >= kept;
-                if is_new || factors.are_others {
+                if is_new || factors.changes_kept {
                     let omega = set.frequency(i, &factors.of[usize::from(is_new)]);
                     let own = base_model
                         .level(block, omega)
@@ -157,7 +157,7 @@ impl<const D: usize> RefinedBlock<D> {
             mass: (0..mesh.nodes.len()).map(mass).collect(),
             level,
             overlay,
-            uniform_halvings: throughout,
+            uniform_halvings: halvings,
         })
     }
 }
@@ -176,7 +176,7 @@ pub(crate) struct MassFactors {
     /// Factors for the kept elements, and for the new ones.
     of: [Vec<f64>; 2],
     /// True if the factors of the kept elements differ from the base mesh.
-    are_others: bool,
+    changes_kept: bool,
 }
 
 impl<const D: usize> RefinedMassFit<'_, D> {
@@ -190,7 +190,7 @@ impl<const D: usize> RefinedMassFit<'_, D> {
         {
             return Some(MassFactors {
                 of: [before, of_new],
-                are_others: false,
+                changes_kept: false,
             });
         }
         let all = of_kept.iter().zip(of_new).zip(&before);
@@ -201,14 +201,14 @@ impl<const D: usize> RefinedMassFit<'_, D> {
             let of_kept = before.iter().zip(&fitted).map(|(one, other)| one * other);
             return Some(MassFactors {
                 of: [of_kept.collect(), fitted],
-                are_others: true,
+                changes_kept: true,
             });
         }
         // Too few nodes to correct the errors of lumped masses, which change with the mesh.
         let ones = vec![1.0; before.len()];
         (kind == MassKind::Lumped).then_some(MassFactors {
             of: [before, ones],
-            are_others: false,
+            changes_kept: false,
         })
     }
 

@@ -200,7 +200,7 @@ pub struct Rotation {
 pub enum Kinematics {
     /// Total Lagrangian, Green–Lagrange strain.
     Total,
-    /// The paper's (2): incremental, with objective rotation of stress.
+    /// Incremental, with a co-rotated stress rate: equation (2) of the paper.
     Incremental,
 }
 
@@ -208,13 +208,13 @@ pub enum Kinematics {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Mass {
-    /// Fitted where possible, consistent for blocks of too few nodes.
+    /// Fitted; consistent for blocks with too few nodes for it.
     Auto,
-    /// Row-sum lumping.
+    /// Lumped: row sums of the mass matrix.
     Lumped,
-    /// Lumped, fitted to exact mass, centre and inertia.
+    /// Lumped, corrected to the exact mass, centre of mass and inertia.
     Fitted,
-    /// Consistent, dense per block.
+    /// Consistent: the full mass matrix of each block.
     Consistent,
 }
 
@@ -305,22 +305,22 @@ pub struct Contact {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactModel {
-    /// Unified nodes, on sub-elements where blocks collide.
+    /// Unified nodes, and sub-elements around predicted impacts.
     TwoScale,
-    /// Unified nodes on the given mesh.
+    /// Unified nodes on the mesh of the scene.
     UnifiedNode,
-    /// Springs, the conventional yardstick.
+    /// Springs in place of unified nodes, for comparison.
     Penalty,
 }
 
-/// Extent of the refined zone.
+/// Extent of the refinement zone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[schemars(rename = "Zone")]
 pub enum ZoneExtent {
-    /// Two element rings at the finest size, then growing with distance.
+    /// Two rings of elements at the finest size; beyond them the size grows with distance.
     Graded,
-    /// The radius c_p·Δt₂ at the finest size.
+    /// Finest size within the radius c_p·Δt₂ of an impact. Δt₂ is the rest of the step after it.
     Wavefront,
 }
 
@@ -405,7 +405,7 @@ pub enum Field {
     PrincipalStress,
     /// Contact force on the nodes, N.
     ContactForce,
-    /// Level of time.
+    /// Time level of the elements.
     Level,
 }
 

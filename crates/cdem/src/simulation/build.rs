@@ -95,16 +95,8 @@ impl<const D: usize> Model<D> {
     }
 
     fn initial_state(&self, scene: &Scene) -> State<D> {
-        let count = self.mesh.nodes.len();
-        let mut state = State {
-            displacement: vec![[0.0; D]; count],
-            compensation: vec![[0.0; D]; count],
-            velocity: vec![[0.0; D]; count],
-            element_interval: vec![0.0; self.mesh.elements.len()],
-            node_interval: vec![0.0; count],
-            contact_force: vec![[0.0; D]; count],
-            number: 0,
-        };
+        let mesh = &self.mesh;
+        let mut state = State::new(mesh.nodes.len(), mesh.elements.len(), mesh.blocks.len());
         for (number, block) in self.mesh.blocks.iter().enumerate() {
             let source = &scene.block[block.source];
             if source.fixed {

@@ -120,10 +120,10 @@ impl<const D: usize> TypedSimulation<D> {
 
     fn blocks(&mut self) -> Vec<BlockRow> {
         let instant = self.instant();
-        let since = self.run.time() - self.last_block_rows;
+        let since = self.run.time() - self.report.last_block_rows;
         let row = |block: usize| BlockRow {
             force: match since > 0.0 {
-                true => scale(1.0 / since, &self.run.block_impulse[block]),
+                true => scale(1.0 / since, &self.run.state.block_impulse[block]),
                 false => [0.0; 3],
             },
             ..self.run.block_row(&instant, block)

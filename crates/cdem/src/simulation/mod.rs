@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 use crate::math::profile::Stage;
 use crate::math::restore::ResumeError;
 use crate::mesh::Mesh;
+use crate::model::state::Corrections;
 use crate::model::{Model, ModelError};
 use crate::refinement::dimension::{PLANE, SOLID};
 use crate::scene::{ContactModel, Scene};
@@ -28,7 +29,7 @@ pub use crate::simulation::overview::{BlockOverview, CollisionOverview, Overview
 use crate::simulation::snapshot::Snapshot;
 use crate::simulation::typed_simulation::TypedSimulation;
 use crate::simulation::validity::StepError;
-use crate::step::{Corrections, Run};
+use crate::step::Run;
 
 /// A mesh of either dimension.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -137,7 +138,7 @@ impl Simulation {
     /// Never: serialising into memory cannot fail.
     #[must_use]
     pub fn checkpoint(&self) -> Vec<u8> {
-        let saved = each!(self, driven => postcard::to_stdvec(&driven.saved()));
+        let saved = each!(self, driven => postcard::to_stdvec(&driven.stored()));
         saved.expect("memory takes all that has a form")
     }
 
@@ -207,7 +208,7 @@ impl Simulation {
     /// # Errors
     /// If an element is inverted.
     pub fn check_elements(&mut self) -> Result<(), StepError> {
-        each!(mut self, driven => driven.validity.check_elements(&driven.run))
+        each!(mut self, driven => driven.report.validity.check_elements(&driven.run))
     }
 
     /// Returns the warnings of the run so far. Warnings known before the first step are in
@@ -229,7 +230,9 @@ impl Simulation {
     pub fn finished(&self) -> bool {
         self.step_index() >= self.step_count()
             || each!(self, driven => {
-                driven.rest.as_ref().is_some_and(|rest| rest.reached(&driven.run))
+                driven.stop_when.as_ref().is_some_and(|stop_when| {
+                    stop_when.is_met(&driven.run, driven.report.at_rest_since)
+                })
             })
     }
 
@@ -260,7 +263,7 @@ impl Simulation {
     /// blocks or has gone through gravity, loads and boundary conditions; 0 if it is round-off.
     #[must_use]
     pub fn energy_exchanged(&self) -> f64 {
-        each!(self, driven => driven.exchange.maximum())
+        each!(self, driven => driven.report.exchange.maximum())
     }
 
     /// Returns the current rows of the blocks; contact forces are means since the last call.
@@ -318,7 +321,7 @@ impl Simulation {
     /// Returns the number of element updates so far.
     #[must_use]
     pub fn element_updates(&self) -> u64 {
-        each!(self, driven => driven.run.element_updates)
+        each!(self, driven => driven.run.state.element_updates)
     }
 
     /// Returns the number of contacts that have begun so far.
@@ -336,7 +339,7 @@ impl Simulation {
     /// Returns the position corrections so far; most runs have none.
     #[must_use]
     pub fn corrections(&self) -> Corrections {
-        each!(self, driven => driven.run.corrections)
+        each!(self, driven => driven.run.state.corrections)
     }
 
     /// Returns the figures of the model.

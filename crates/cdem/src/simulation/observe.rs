@@ -65,7 +65,7 @@ impl<const D: usize> Run<D> {
             energy_residual: balance.residual(start_energy),
             impulse: instant.state.ledger.impulse.value(),
             contacts: contacts.map_or(0, |contacts| contacts.contact_points().count() as u64),
-            elements: self.schedule.histogram().iter().sum(),
+            elements: self.workspace.schedule.histogram().iter().sum(),
             refined_blocks: self.refined_blocks(),
             ..HistoryRow::default()
         };
@@ -99,11 +99,11 @@ impl<const D: usize> Run<D> {
         let mut rows = Vec::new();
         for block in (0..self.model.blocks.len()).filter(|&block| wanted(block)) {
             let force = if since > 0.0 {
-                scale(1.0 / since, &self.block_impulse[block])
+                scale(1.0 / since, &self.state.block_impulse[block])
             } else {
                 [0.0; 3]
             };
-            self.block_impulse[block] = [0.0; 3];
+            self.state.block_impulse[block] = [0.0; 3];
             rows.push(BlockRow {
                 force,
                 ..self.block_row(instant, block)

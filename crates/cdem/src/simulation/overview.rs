@@ -86,7 +86,7 @@ impl<const D: usize> TypedSimulation<D> {
 
     pub(crate) fn overview(&self, scene: &Scene) -> Overview {
         let model = &self.run.model;
-        let levels = self.run.schedule.histogram();
+        let levels = self.run.workspace.schedule.histogram();
         let updates = levels
             .iter()
             .enumerate()

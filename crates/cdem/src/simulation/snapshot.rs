@@ -113,7 +113,7 @@ impl<const D: usize> Run<D> {
             Field::Velocity => Some(vector("velocity", &instant.state.velocity)),
             Field::ContactForce => {
                 let step = self.model.step;
-                let force = self.node_impulse.iter();
+                let force = self.state.node_impulse.iter();
                 let force: Vec<_> = force.map(|impulse| scale(1.0 / step, impulse)).collect();
                 Some(vector("contact_force", &force))
             }
@@ -137,7 +137,7 @@ impl<const D: usize> Run<D> {
                     )
                 })
                 .collect(),
-            levels: self.schedule.levels.element.clone(),
+            levels: self.workspace.schedule.levels.element.clone(),
             halvings: (0..mesh.elements.len())
                 .map(|element| mesh.halvings(element))
                 .collect(),

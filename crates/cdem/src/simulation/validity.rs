@@ -22,18 +22,18 @@ use crate::step::Run;
 pub enum StepError {
     /// A velocity or displacement is not a number.
     #[error(
-        "t = {} s: block \"{block}\" moves at no finite speed (node {node}); loads or \
-         prescribed velocities are far too strong, or the run is unstable: check their units, lower \
-         `time.safety`, and with the penalty model its stiffnesses",
+        "t = {} s: block \"{block}\", node {node}: its speed or displacement is no finite number; \
+         the loads or prescribed velocities are far too large, or the run is unstable: check their \
+         units, and reduce `time.safety` and, in the penalty model, the stiffnesses",
         short(*time)
     )]
     #[allow(missing_docs)] // the message names them
     NotFinite { time: f64, block: String, node: u32 },
     /// A node leaves its block faster than any wave could carry it.
     #[error(
-        "t = {} s: block \"{block}\", node {node} runs away from its block at {} m/s, \
-         ten times as fast as waves and blocks; the loads are too strong for an elastic block, or \
-         the run is unstable: check units and loads, lower `time.safety`",
+        "t = {} s: block \"{block}\", node {node} moves at {} m/s relative to its block, more than \
+         ten times the speed of waves and blocks; the loads are too large for an elastic block, or \
+         the run is unstable: check units and loads, and reduce `time.safety`",
         short(*time),
         short(*speed)
     )]
@@ -46,9 +46,9 @@ pub enum StepError {
     },
     /// An element is inverted or nearly flat.
     #[error(
-        "t = {} s: block \"{block}\", element {element} has been pressed flat or turned inside out \
+        "t = {} s: block \"{block}\", element {element} is flat or inverted \
          (det F = {}); the loads or the impact are too strong for an elastic block, or \
-         the run is unstable: check units and velocities, lower `time.safety`",
+         the run is unstable: check units and velocities, and reduce `time.safety`",
         short(*time),
         short(*jacobian)
     )]
@@ -62,8 +62,8 @@ pub enum StepError {
     /// Two blocks overlap deeper than contact allows.
     #[error(
         "t = {time:e} s: block \"{}\" lies {depth:.3e} m deep in block \"{}\" at ({:.6}, {:.6}, \
-         {:.6}): prescribed motions press them together, or a contact was missed; then report the \
-         scene as a defect, and try a smaller `time.step`",
+         {:.6}); if no prescribed motion presses them together, a contact was missed: try a \
+         smaller `time.step`, and report the scene as a defect",
         blocks[0], blocks[1], at[0], at[1], at[2]
     )]
     #[allow(missing_docs)] // the message names them
@@ -75,8 +75,8 @@ pub enum StepError {
     },
     /// The energy ledger does not balance.
     #[error(
-        "t = {} s: {} J of {} J are unaccounted for in the energy ledger; \
-         lower `time.safety`, refine the blocks, or report the scene as a defect",
+        "t = {} s: the residual of the energy ledger is {} J of {} J; \
+         reduce `time.safety`, use more elements, or report the scene as a defect",
         short(*time),
         short(*residual),
         short(*scale)
@@ -324,8 +324,8 @@ impl ValidityGuard {
         if outrun && !self.search_overrun {
             self.search_overrun = true;
             self.warnings.push(format!(
-                "blocks were thrown farther in the step before t = {} than contacts had been \
-                 looked for, and may have gone through others: try a smaller `time.step`",
+                "in the step before t = {}, nodes moved farther than the broad phase had assumed, \
+                 so a block may have passed through another: try a smaller `time.step`",
                 quantity(number as f64 * run.model.step, "s")
             ));
         }
@@ -376,16 +376,16 @@ impl ValidityGuard {
         let (residual, scale) = (row.energy_residual, exchange.scale());
         let fatal = residual.abs() > RESIDUAL_LIMIT * scale;
         let advice = if fatal && !enforced {
-            "with these contact springs the run is not stable; lower `time.safety`, or the \
+            "with these contact springs the run is unstable; reduce `time.safety` or the \
              stiffnesses"
         } else if !fatal && residual.abs() > RESIDUAL_WARNING * scale {
-            "more than blocks of one element should show, so take the results as no better than \
-             that; lower `time.safety`, or use more elements"
+            "even blocks of one element have less, and the results have at least this error; \
+             reduce `time.safety`, or use more elements"
         } else {
             return None;
         };
         Some(format!(
-            "{} J of {} J, {} %, are unaccounted for in the energy ledger: {advice}",
+            "the residual of the energy ledger is {} J of {} J, {} %: {advice}",
             significant(residual, 3),
             significant(scale, 3),
             significant(100.0 * residual.abs() / scale, 2)
@@ -498,7 +498,7 @@ mod tests {
         assert_eq!(told(-1.9, false), "");
         for enforced in [true, false] {
             let text = told(-2.345, enforced);
-            let start = "-2.35 J of 100 J, 2.3 %, are unaccounted for";
+            let start = "the residual of the energy ledger is -2.35 J of 100 J, 2.3 %";
             assert!(
                 text.starts_with(start) && text.contains("more elements"),
                 "{text}"

@@ -52,8 +52,8 @@ fn blocks<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
         let (name, source) = (&block.name, &scene.block[block.source]);
         if data.inertia_error > INERTIA_ERROR {
             let message = format!(
-                "block \"{name}\": moment of inertia off by {:.1} %; use two elements through \
-                 its thickness, or mass = \"consistent\"",
+                "block \"{name}\": its moment of inertia has an error of {:.1} %; use two elements \
+                 through its thickness, or mass = \"consistent\"",
                 100.0 * data.inertia_error
             );
             found.push(Problem::new(at("block", block.source, "mass"), message));
@@ -66,8 +66,8 @@ fn blocks<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
         };
         if parts > 1 {
             let message = format!(
-                "block \"{name}\" has {parts} unconnected parts, which do not touch each other; \
-                 use split = \"components\""
+                "block \"{name}\" has {parts} unconnected parts, and they have no contact with \
+                 each other; use split = \"components\" to make each a block"
             );
             found.push(Problem::new(at("block", block.source, "mesh"), message));
         }
@@ -79,8 +79,8 @@ fn blocks<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
 fn joints(scene: &Scene) -> Option<Problem> {
     let strength = &scene.contact.strength;
     let pulls = strength.tensile_strength > 0.0 && strength.cohesion == 0.0;
-    let message = "without `cohesion` the first shear breaks a joint, and its tensile strength is \
-                   lost with it; give it cohesion too";
+    let message = "without `cohesion`, any shear breaks a joint and ends its tensile strength; \
+                   give it cohesion too";
     pulls.then(|| {
         Problem::new(
             KeyPath::root().key("contact").key("tensile_strength"),
@@ -95,8 +95,9 @@ fn tolerance<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Option<Problem> {
     let tolerance = scene.contact.tolerance?;
     (tolerance > TOLERANCE_RATIO_LIMIT * default).then(|| {
         let message = format!(
-            "blocks up to {} m apart may touch, {:.0} times the default: a 1e-4th of the shortest \
-             edge, {} m; leave it out, unless gaps of that size are to be bridged",
+            "blocks up to {} m apart may touch; this is {:.0} times the default, which is 1e-4 of \
+             the smallest boundary edge: {} m; leave it out, unless gaps of that size should count \
+             as closed",
             short(tolerance),
             tolerance / default,
             short(default)
@@ -121,7 +122,7 @@ fn materials(scene: &Scene) -> Vec<Problem> {
             return None;
         };
         let message = format!(
-            "material \"{}\": waves travel at {} m/s, {odd} than in any solid \
+            "material \"{}\": its wave speed is {} m/s, {odd} than in any solid \
              ({slowest} to {fastest} m/s); {advice}",
             material.name,
             short(speed)
@@ -150,8 +151,8 @@ fn damping<const D: usize>(scene: &Scene, model: &Model<D>, shortest: &[f64]) ->
         (factor > STEP_RATIO_LIMIT).then(|| {
             let message = format!(
                 "material \"{}\": this damping makes the stable step {factor:.0} times shorter, \
-                 {} s instead of {} s, and the run as much longer; lower it, or use damping.mass \
-                 or damping.local",
+                 {} s instead of {} s, and the run longer by the same factor; reduce it, or use \
+                 damping.mass or damping.local",
                 material.name,
                 short(step),
                 short(step * factor)
@@ -173,7 +174,7 @@ fn late(scene: &Scene) -> Vec<Problem> {
     let late = loads.chain(motions).filter(|(_, _, start)| *start >= end);
     late.map(|(list, number, start)| {
         let message = format!(
-            "starts at {} s, but the run ends at {} s: it never acts",
+            "starts at {} s, but the run ends at {} s, so it has no effect",
             short(start),
             short(end)
         );
@@ -189,8 +190,8 @@ fn intervals(scene: &Scene, step: f64) -> Vec<Problem> {
         // An interval equal to the step up to round-off writes once a step.
         Cadence::Interval(interval) if interval < step * (1.0 - 1e-9) => {
             let message = format!(
-                "{} s is shorter than the coarse step of {} s, and there is one a step at most; \
-                 lower `time.step` if more are needed",
+                "{} s is shorter than the coarse step of {} s; there is at most one output per \
+                 step: reduce `time.step` for more",
                 short(interval),
                 short(step)
             );
@@ -226,8 +227,8 @@ fn probes<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Vec<Problem> {
         let edge = edge.fold(0.0, f64::max);
         if distance > edge {
             let message = format!(
-                "probe \"{}\" is {} m away from the nearest node of block \"{}\", at {}, farther \
-                 than the block's largest element edge of {} m; it watches that node",
+                "probe \"{}\" is {} m away from the nearest node of block \"{}\", at {}; the \
+                 longest element edge of the block is only {} m; the probe follows that node",
                 probe.name,
                 short(distance),
                 probe.block,

@@ -21,13 +21,13 @@ impl<const D: usize> Run<D> {
         for (node, change) in changes.iter().enumerate() {
             add_scaled(&mut self.state.velocity[node], 1.0, change);
             let momentum = self.model.inertia.momentum(node, &changes);
-            self.ledger.impulse.add_scaled(1.0, &pad(&momentum));
+            self.state.ledger.impulse.add_scaled(1.0, &pad(&momentum));
         }
     }
 
     /// Books external work, J.
     pub(crate) fn add_external_work(&mut self, work: f64) {
-        self.ledger.external_work += work;
+        self.state.ledger.external_work += work;
     }
 
     /// Changes the kind of a load from now on.

@@ -9,12 +9,13 @@ use crate::math::parallel::NODES_AT_ONCE;
 use crate::math::vector::{add_scaled, dot, scale, sub};
 use crate::model::boundary::{PrescribedMotion, VelocityTime};
 use crate::model::ledger::{ImpulseAccount, Ledger};
+use crate::model::state::LastKick;
 use crate::model::{Model, State};
 use crate::scene::Damping;
 use crate::step::assembly::Assembly;
 use crate::step::schedule::Substep;
 
-/// Nodal impulses, N·s, and velocities before the kick, m/s, both of the last kick of each node.
+/// Nodal impulses of a kick, N·s.
 /// Impulses of loads and contact are zero between kicks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct KickImpulses<const D: usize> {
@@ -25,12 +26,9 @@ pub(crate) struct KickImpulses<const D: usize> {
     pub(crate) damping: Vec<[f64; D]>,
     /// Contact impulses on prescribed nodes.
     pub(crate) contact: Vec<[f64; D]>,
-    pub(crate) before: Vec<[f64; D]>,
     /// For elements whose interval changes: their impulse over the last interval minus that over
     /// the next, by node.
     pub(crate) level_changes: Vec<(u32, [f64; D])>,
-    /// Kick interval of each node, s.
-    pub(crate) interval: Vec<f64>,
     /// Elastic and viscous impulses of the element groups on their nodes.
     pub(super) shares: [Vec<[f64; D]>; 2],
     /// The forces that act in the kick.
@@ -51,9 +49,7 @@ impl<const D: usize> KickImpulses<D> {
             load: zero(),
             damping: zero(),
             contact: zero(),
-            before: zero(),
             level_changes: Vec::new(),
-            interval: vec![0.0; nodes],
             shares: [Vec::new(), Vec::new()],
             acting: ActiveLoads::default(),
             loaded: Vec::new(),
@@ -64,28 +60,16 @@ impl<const D: usize> KickImpulses<D> {
     /// Returns the energy that level changes make in a kick to the velocities `after`, J, by node.
     /// ½v⁻·M·v⁺ depends on the interval of an element. Where that changes, the energy made is a
     /// quarter of the difference of its impulses times the velocity change of the kick.
-    pub(crate) fn made_by_levels(&self, after: &[[f64; D]]) -> impl Iterator<Item = (u32, f64)> {
+    pub(crate) fn made_by_levels(
+        &self,
+        before: &[[f64; D]],
+        after: &[[f64; D]],
+    ) -> impl Iterator<Item = (u32, f64)> {
         self.level_changes.iter().map(|(node, less)| {
             let n = *node as usize;
-            let change = sub(&after[n], &self.before[n]);
+            let change = sub(&after[n], &before[n]);
             (*node, 0.25 * dot(less, &change))
         })
-    }
-
-    /// Sets the kick interval of each node that is due.
-    fn take_intervals(&mut self, state: &mut State<D>, substep: &Substep) {
-        let purpose = substep.purpose;
-        let intervals = [&mut *self.interval, &mut state.node_interval];
-        substep.each_node(intervals, &|n, [interval, last]| {
-            let next = substep.duration(n as u32);
-            *interval = match purpose {
-                KickPurpose::Advance => 0.5 * (*last + next),
-                KickPurpose::Report => *last,
-            };
-            if purpose == KickPurpose::Advance {
-                *last = next;
-            }
-        });
     }
 
     /// Allocates the element impulses; viscous ones only if stiffness damping acts.
@@ -106,6 +90,31 @@ impl<const D: usize> KickImpulses<D> {
             self.load[node as usize] = [0.0; D];
         }
     }
+}
+
+/// Sets the kick interval of each node that is due.
+fn take_intervals<const D: usize>(state: &mut State<D>, substep: &Substep) {
+    let purpose = substep.purpose;
+    let intervals = [&mut *state.last_kick.interval, &mut state.node_interval];
+    substep.each_node(intervals, &|n, [interval, last]| {
+        let next = substep.duration(n as u32);
+        *interval = match purpose {
+            KickPurpose::Advance => 0.5 * (*last + next),
+            KickPurpose::Report => *last,
+        };
+        if purpose == KickPurpose::Advance {
+            *last = next;
+        }
+    });
+}
+
+/// The velocities of a kick.
+#[derive(Clone, Copy)]
+pub(crate) struct KickVelocities<'a, const D: usize> {
+    /// The velocities before the kick, m/s, and its intervals, s.
+    pub(crate) last_kick: &'a LastKick<D>,
+    /// The velocities after all impulses, m/s.
+    pub(crate) after: &'a [[f64; D]],
 }
 
 /// The forces that act beside elements and contact; those absent are skipped.
@@ -148,7 +157,7 @@ impl<const D: usize> Model<D> {
         substep: &Substep,
     ) {
         if !substep.plan.is_steady {
-            impulses.take_intervals(state, substep);
+            take_intervals(state, substep);
         }
         impulses.acting = self.acting(substep.time);
         impulses.size_shares(&substep.plan.assembly);
@@ -225,7 +234,7 @@ impl<const D: usize> Model<D> {
                 |node, force| {
                     let n = node as usize;
                     if substep.is_due(node) {
-                        add_scaled(&mut impulses.load[n], impulses.interval[n], &force);
+                        add_scaled(&mut impulses.load[n], state.last_kick.interval[n], &force);
                         impulses.loaded.push(node);
                     }
                 },
@@ -293,26 +302,28 @@ impl<const D: usize> Model<D> {
         self.gravity.vector(time)
     }
 
-    /// Books the work of a kick once contact is solved. `after` are the velocities after all
-    /// impulses. The impulses of a report do their work at the velocity before the kick: it belongs
-    /// to the interval before.
+    /// Books the work of a kick once contact is solved. The impulses of a report do their work at
+    /// the velocity before the kick: it belongs to the interval before.
     pub(crate) fn book_kick(
         &self,
-        after: &[[f64; D]],
+        velocities: KickVelocities<D>,
         impulses: &mut KickImpulses<D>,
         substep: &Substep,
         ledger: &mut Ledger,
     ) {
         let mut ledgers = std::mem::take(&mut impulses.ledgers);
         let kick = &*impulses;
+        let KickVelocities { last_kick, after } = velocities;
+        let before = &*last_kick.velocity_before;
         let end = match substep.purpose {
             KickPurpose::Advance => after,
-            KickPurpose::Report => &kick.before,
+            KickPurpose::Report => before,
         };
         if kick.acting.anything() {
             let work = ImpulseWork {
                 model: self,
                 kick,
+                last_kick,
                 end,
                 gravity: self.gravity_at(substep.time),
             };
@@ -331,13 +342,13 @@ impl<const D: usize> Model<D> {
             rows.map(book).collect_into_vec(&mut ledgers);
             ledgers.iter().for_each(|part| ledger.add(1.0, part));
         }
-        for (_, energy) in kick.made_by_levels(after) {
+        for (_, energy) in kick.made_by_levels(before, after) {
             ledger.remesh_loss -= energy;
         }
         // Reactions of prescribed nodes: the momentum that neither these impulses nor contact give.
         for node in substep.prescribed() {
             let n = node as usize;
-            let [old, new] = [&*kick.before, after].map(|v| self.inertia.momentum(n, v));
+            let [old, new] = [before, after].map(|v| self.inertia.momentum(n, v));
             let holds = self.inertia.prescribed(n);
             let reaction = std::array::from_fn(|c| {
                 let given = kick.total[n][c] + kick.contact[n][c];
@@ -347,11 +358,7 @@ impl<const D: usize> Model<D> {
                     0.0
                 }
             });
-            ledger.book(
-                ImpulseAccount::External,
-                &reaction,
-                [&kick.before[n], &end[n]],
-            );
+            ledger.book(ImpulseAccount::External, &reaction, [&before[n], &end[n]]);
         }
         impulses.ledgers = ledgers;
     }
@@ -361,6 +368,7 @@ impl<const D: usize> Model<D> {
 struct ImpulseWork<'a, const D: usize> {
     model: &'a Model<D>,
     kick: &'a KickImpulses<D>,
+    last_kick: &'a LastKick<D>,
     /// Velocities whose mean with those before does the work, m/s.
     end: &'a [[f64; D]],
     gravity: [f64; D],
@@ -372,12 +380,13 @@ impl<const D: usize> ImpulseWork<'_, D> {
         let Self {
             model,
             kick,
+            last_kick,
             end,
             gravity,
         } = self;
-        let velocities = [&kick.before[n], &end[n]];
+        let velocities = [&last_kick.velocity_before[n], &end[n]];
         if kick.acting.gravity {
-            let weight = model.inertia.mass()[n] * kick.interval[n];
+            let weight = model.inertia.mass()[n] * last_kick.interval[n];
             ledger.book(ImpulseAccount::Gravity, &scale(weight, gravity), velocities);
         }
         if kick.acting.loads {

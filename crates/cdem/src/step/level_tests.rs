@@ -188,7 +188,7 @@ fn spectral_radius(scene: &Scene, amplitude: f64) -> (f64, usize) {
         // Opposite signs cancel terms that are quadratic in the amplitude.
         for sign in [1.0, -1.0] {
             let mut run = run_of(scene);
-            let (state, plan) = (&mut run.state, &run.schedule);
+            let (state, plan) = (&mut run.state, &run.workspace.schedule);
             let step = run.model.step;
             let length = |level: &u8| step / f64::from(1_u32 << level);
             state.node_interval = plan.levels.node.iter().map(length).collect();
@@ -216,7 +216,7 @@ fn spectral_radius(scene: &Scene, amplitude: f64) -> (f64, usize) {
     let precision = 1e-2 * f64::EPSILON / amplitude;
     let schur = Schur::try_new(map, precision, 100_000).expect("eigenvalues");
     let values = schur.complex_eigenvalues();
-    let levels = at_rest.schedule.histogram().len();
+    let levels = at_rest.workspace.schedule.histogram().len();
     (values.iter().map(|v| v.norm()).fold(0.0, f64::max), levels)
 }
 

@@ -15,7 +15,6 @@
 
 use rayon::prelude::*;
 
-use crate::contact::energy::ImpulseReceiver;
 use crate::contact::interior::{BodyCoupling, VelocityJump};
 use crate::contact::rollback::Rollback;
 use crate::element::{ElementNumbering, ElementSet, MAX_NODES, PaddedNodal};
@@ -135,8 +134,9 @@ impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
         &self,
         touch: &TouchedElements<D>,
         motion: &mut NodalMotion<D>,
-        (remaining, times): (f64, f64),
-        on_prescribed: ImpulseReceiver<D>,
+        remaining: f64,
+        factor: f64,
+        on_prescribed: &mut Vec<(u32, [f64; D])>,
     ) -> f64 {
         let now = &*motion;
         let recovered = |part: &ElementPart<D>| {
@@ -148,7 +148,7 @@ impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
             recovered[0] = part.share * (product(&rate, &after) - product(&part.rate[0], before));
             for k in 0..MAX_NODES {
                 recovered[1 + k] = timing * dot(&part.force[k], &sub(&after[k], &before[k]))
-                    + 0.5 * times * dot(&part.impulse[k], &add(&before[k], &after[k]));
+                    + 0.5 * factor * dot(&part.impulse[k], &add(&before[k], &after[k]));
             }
             recovered
         };
@@ -157,7 +157,7 @@ impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
             let nodes = self.elements[part.element as usize].nodes().iter();
             for (&node, impulse) in nodes.zip(&part.impulse) {
                 if self.inertia.prescribed(node as usize).contains(&true) {
-                    on_prescribed(node, &scale(times, impulse));
+                    on_prescribed.push((node, scale(factor, impulse)));
                 }
             }
         }

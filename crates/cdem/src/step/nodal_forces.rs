@@ -1,6 +1,7 @@
 //! The nodal part of a kick, one range of nodes at a time, so that its data stays in the cache.
 
 use crate::math::vector::{add, add_scaled};
+use crate::model::state::LastKick;
 use crate::model::{Model, State};
 use crate::step::assembly::Assembly;
 use crate::step::kick::{ActiveLoads, KickImpulses};
@@ -109,7 +110,7 @@ impl<const D: usize> Model<D> {
     /// after.
     pub(super) fn kick_nodes(
         &self,
-        state: &State<D>,
+        state: &mut State<D>,
         velocity: &mut [[f64; D]],
         impulses: &mut KickImpulses<D>,
         substep: &Substep,
@@ -122,7 +123,7 @@ impl<const D: usize> Model<D> {
             assembly: &substep.plan.assembly,
             coarsest: substep.coarsest,
             shares: &impulses.shares,
-            interval: &impulses.interval,
+            interval: &state.last_kick.interval,
             load: &impulses.load,
             contact_force: &state.contact_force,
         };
@@ -130,7 +131,7 @@ impl<const D: usize> Model<D> {
             &mut *impulses.total,
             &mut impulses.viscous,
             &mut impulses.damping,
-            &mut impulses.before,
+            &mut state.last_kick.velocity_before,
             velocity,
         ];
         substep.each_row(
@@ -157,6 +158,7 @@ impl<const D: usize> Model<D> {
     /// velocities are `after`.
     pub(super) fn book_damping(
         &self,
+        last_kick: &LastKick<D>,
         after: &[[f64; D]],
         impulses: &mut KickImpulses<D>,
         substep: &Substep,
@@ -164,17 +166,16 @@ impl<const D: usize> Model<D> {
         if !impulses.acting.mass_damping {
             return;
         }
-        let (before, interval) = (&impulses.before, &impulses.interval);
         let arrays = [&mut *impulses.damping, &mut impulses.total];
         substep.each_node(arrays, &|n, sums| {
             let alpha = self.damping_of(n).mass;
             if alpha == 0.0 {
                 return;
             }
-            let share = 0.5 * alpha * interval[n];
-            let momenta = self
-                .inertia
-                .weighted(n, |other| add(&before[other], &after[other]));
+            let share = 0.5 * alpha * last_kick.interval[n];
+            let momenta = self.inertia.weighted(n, |other| {
+                add(&last_kick.velocity_before[other], &after[other])
+            });
             for sum in sums {
                 add_scaled(sum, -share, &momenta);
             }

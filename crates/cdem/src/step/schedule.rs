@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::contact::Contacts;
+use crate::contact::timing::NodeDrifts;
 use crate::element::{Due, Interval};
 use crate::math::disjoint_sets::DisjointSets;
 use crate::model::time_levels::{Levels, MAX_LEVEL};
@@ -95,6 +96,15 @@ impl Substep<'_> {
     /// Returns true if a node is due.
     pub(crate) fn is_due(&self, node: u32) -> bool {
         self.plan.levels.node[node as usize] >= self.coarsest
+    }
+
+    /// Returns the drifts of the nodes that are due.
+    pub(super) fn drifts(&self) -> NodeDrifts<'_> {
+        NodeDrifts::OfLevels {
+            levels: &self.plan.levels.node,
+            coarsest: self.coarsest,
+            durations: &self.durations,
+        }
     }
 
     /// Returns the interval of a node, s.

@@ -44,8 +44,8 @@ impl<const D: usize> Run<D> {
         };
         let step = next.model.step;
         let heavier = next.change_of_gravity();
-        let (velocity, before) = (&next.state.velocity, &self.impulses.before);
-        let interval = &self.impulses.interval;
+        let (velocity, last_kick) = (&next.state.velocity, &next.state.last_kick);
+        let (before, interval) = (&last_kick.velocity_before, &last_kick.interval);
         let of_node = |node: u32| {
             let n = node as usize;
             let change = sub(&velocity[n], &before[n]);
@@ -61,14 +61,14 @@ impl<const D: usize> Run<D> {
             squares,
             pushed,
             loaded,
-        } = &mut self.speed_bounds;
+        } = &mut self.workspace.speed_bounds;
         let blocks = next.model.blocks.len();
         let found = squares.find(&next.model.block_of, blocks, of_node);
         ahead.clear();
         ahead.extend(found.iter().map(|[speed, _]| speed.sqrt()));
         next.raise_to_prescribed(ahead);
-        next.add_changes_of_loads(&mut self.impulses.load, loaded);
-        next.take_pushes(&mut self.impulses.load, loaded, pushed);
+        next.add_changes_of_loads(&mut self.workspace.impulses.load, loaded);
+        next.take_pushes(&mut self.workspace.impulses.load, loaded, pushed);
         let added = squares.of_blocks().iter().zip(&*pushed);
         for (ahead, ([_, gain], pushed)) in ahead.iter_mut().zip(added) {
             *ahead += step * (gain.sqrt() + heavier + pushed);

@@ -1,10 +1,13 @@
 //! The synchronised state: the state at an instant, in the middle of the kick that is due then.
 
 use crate::contact::energy::ContactEnergies;
+use crate::contact::island::parallel::IslandKicks;
+use crate::contact::timing::{KickTimes, NodeDrifts};
 use crate::math::vector::{add, add_scaled, dot, pad, scale};
 use crate::model::kinematics::NodalMotion;
 use crate::model::ledger::Ledger;
 use crate::step::Run;
+use crate::step::kick::KickVelocities;
 
 /// The state at an instant, with half of the due kick in it.
 pub(crate) struct Synchronised<const D: usize> {
@@ -24,35 +27,49 @@ pub(crate) struct Synchronised<const D: usize> {
 impl<const D: usize> Run<D> {
     /// Returns the synchronised state now.
     pub(crate) fn synchronise(&mut self) -> Synchronised<D> {
-        let plan = std::mem::take(&mut self.schedule);
+        let plan = std::mem::take(&mut self.workspace.schedule);
         let time = self.time();
         let substep = plan.report(self.model.step, time);
         let mut velocity = self.state.velocity.clone();
-        self.model
-            .kick(&mut self.state, &mut velocity, &mut self.impulses, &substep);
+        self.model.kick(
+            &mut self.state,
+            &mut velocity,
+            &mut self.workspace.impulses,
+            &substep,
+        );
         let mut half = Ledger::default();
         let (ledgers, received) = self.peek_contacts(&mut velocity);
         for (node, impulse) in &received {
-            add_scaled(&mut self.impulses.contact[*node as usize], 1.0, impulse);
+            add_scaled(
+                &mut self.workspace.impulses.contact[*node as usize],
+                1.0,
+                impulse,
+            );
             if self.model.is_fixed(*node) {
                 half.impulse.add_scaled(-1.0, &pad(impulse));
             }
         }
+        let impulses = &mut self.workspace.impulses;
+        let last_kick = &self.state.last_kick;
         self.model
-            .book_damping(&velocity, &mut self.impulses, &substep);
+            .book_damping(last_kick, &velocity, impulses, &substep);
+        let velocities = KickVelocities {
+            last_kick,
+            after: &velocity,
+        };
         self.model
-            .book_kick(&velocity, &mut self.impulses, &substep, &mut half);
+            .book_kick(velocities, impulses, &substep, &mut half);
         let kinetic_energy = self.kinetic_energy(&velocity);
         substep.each_node([&mut *velocity], &|n, [after]| {
             *after = scale(0.5, &add(&self.state.velocity[n], after));
         });
-        self.impulses.clear();
+        self.workspace.impulses.clear();
         for (node, _) in &received {
-            self.impulses.contact[*node as usize] = [0.0; D];
+            self.workspace.impulses.contact[*node as usize] = [0.0; D];
         }
-        let mut ledger = self.ledger;
+        let mut ledger = self.state.ledger;
         ledger.add(0.5, &half);
-        self.schedule = plan;
+        self.workspace.schedule = plan;
         Synchronised {
             velocity,
             kinetic_energy,
@@ -72,20 +89,22 @@ impl<const D: usize> Run<D> {
         let Some(contacts) = self.contacts.as_ref().filter(|_| self.state.number > 0) else {
             return (ContactEnergies::default(), received);
         };
-        let interval = &self.impulses.interval;
         let mut motion = NodalMotion {
             rest: &self.model.mesh.nodes,
             displacement: &mut self.state.displacement,
             compensation: &mut self.state.compensation,
             velocity,
         };
-        let ledgers = contacts.preview_kick(
-            &mut motion,
-            &self.model.inertia,
-            &self.impulses.before,
-            &|node| Some((interval[node as usize], interval[node as usize])),
-            &mut |node, impulse: &[f64; D]| received.push((node, *impulse)),
-        );
+        let interval = &self.state.last_kick.interval;
+        let kick = IslandKicks {
+            before: &self.state.last_kick.velocity_before,
+            times: KickTimes {
+                time: 0.0,
+                interval,
+                drift: NodeDrifts::OfNodes(interval),
+            },
+        };
+        let ledgers = contacts.preview_kick(&mut motion, &self.model.inertia, &kick, &mut received);
         (ledgers, received)
     }
 

@@ -16,7 +16,7 @@ const MAGIC: &str = "cdem checkpoint ";
 
 /// Format number; to be raised with every change of the content, also of the state that `cdem`
 /// saves.
-const FORMAT: u32 = 6;
+const FORMAT: u32 = 7;
 
 /// Number of bytes of the checksum.
 const SUM: usize = 4;
@@ -51,17 +51,16 @@ fn parse<H: DeserializeOwned>(bytes: &[u8]) -> Result<(H, &[u8]), String> {
     let format = first.strip_prefix(MAGIC).ok_or("is no checkpoint")?;
     if format != FORMAT.to_string() {
         return Err(format!(
-            "is of format {format}, of another version of cdem: this one reads format {FORMAT}"
+            "has format {format}, and this version of cdem reads format {FORMAT}"
         ));
     }
-    let (whole, sum) = bytes
-        .split_last_chunk::<SUM>()
-        .ok_or("ends in the middle")?;
+    let (whole, sum) = bytes.split_last_chunk::<SUM>().ok_or("is incomplete")?;
     if crc32fast::hash(whole) != u32::from_le_bytes(*sum) {
         return Err("is damaged: its checksum is wrong".to_owned());
     }
-    let (head, body) = line(rest).ok_or("has no head")?;
-    let head = serde_json::from_str(head).map_err(|error| format!("has a wrong head: {error}"))?;
+    let (head, body) = line(rest).ok_or("has no header")?;
+    let head =
+        serde_json::from_str(head).map_err(|error| format!("has a wrong header: {error}"))?;
     let body = &body[..body.len().saturating_sub(SUM)];
     Ok((head, body))
 }
@@ -102,7 +101,7 @@ mod tests {
 
     #[test]
     fn another_format_is_told() {
-        let told = parse::<Vec<f64>>(b"cdem checkpoint 7\n[]\n....").expect_err("another");
-        assert!(told.starts_with("is of format 7"), "{told}");
+        let told = parse::<Vec<f64>>(b"cdem checkpoint 6\n[]\n....").expect_err("another");
+        assert!(told.starts_with("has format 6"), "{told}");
     }
 }

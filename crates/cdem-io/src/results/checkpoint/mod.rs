@@ -193,10 +193,12 @@ impl Start {
 
     fn read(path: &Path) -> Result<Self, String> {
         let (length, body) = container::read::<usize>(path)?;
-        let (scene, mesh) = body.split_at_checked(length).ok_or("ends in its scene")?;
-        let scene = std::str::from_utf8(scene).map_err(|_| "holds no scene")?;
+        let (scene, mesh) = body
+            .split_at_checked(length)
+            .ok_or("ends within its scene")?;
+        let scene = std::str::from_utf8(scene).map_err(|_| "has no scene")?;
         let scene = crate::scene::parse(scene, path);
-        let mesh = postcard::from_bytes(mesh).map_err(|error| format!("holds no mesh: {error}"))?;
+        let mesh = postcard::from_bytes(mesh).map_err(|error| format!("has no mesh: {error}"))?;
         Ok(Self {
             scene: scene.map_err(|error| error.render(false))?.scene,
             mesh,

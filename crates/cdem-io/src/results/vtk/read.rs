@@ -35,9 +35,9 @@ pub(crate) fn read_frame(path: &Path) -> Result<SavedFrame, String> {
 
 fn parse(bytes: &[u8]) -> Result<SavedFrame, String> {
     let end = memchr::memmem::find(bytes, APPENDED.as_bytes()).ok_or("has no data")?;
-    let head = std::str::from_utf8(&bytes[..end]).map_err(|_| "has a head that is no text")?;
+    let head = std::str::from_utf8(&bytes[..end]).map_err(|_| "has a header that is no text")?;
     let head = format!("{head}</VTKFile>");
-    let head = Document::parse(&head).map_err(|error| format!("has a wrong head: {error}"))?;
+    let head = Document::parse(&head).map_err(|error| format!("has a wrong header: {error}"))?;
     let arrays = Arrays {
         data: &bytes[end + APPENDED.len()..],
     };
@@ -68,7 +68,7 @@ fn parse(bytes: &[u8]) -> Result<SavedFrame, String> {
         frame.connectivity.extend(own.map(|&node| node as u32));
         frame.kinds.push(kind);
         if frame.connectivity.len() < start + kind.node_count() {
-            return Err("has cells that end in the middle".to_owned());
+            return Err("has an incomplete cell".to_owned());
         }
         if kind == ElementKind::Wedge6 {
             // As in writing.
@@ -81,7 +81,7 @@ fn parse(bytes: &[u8]) -> Result<SavedFrame, String> {
     let are_points = frame.connectivity.iter().all(is_point);
     are_points
         .then_some(frame)
-        .ok_or("has cells between points that are not there".to_owned())
+        .ok_or("has cells with points that do not exist".to_owned())
 }
 
 /// Arrays after the head of a file.
@@ -107,7 +107,7 @@ impl Arrays<'_> {
     fn read(&self, array: Node) -> Result<Vec<f64>, String> {
         let offset = array.attribute("offset").and_then(|text| text.parse().ok());
         let bytes = offset.and_then(|offset| self.unpack(offset));
-        let bytes = bytes.ok_or("has an array that ends in the middle")?;
+        let bytes = bytes.ok_or("has an incomplete array")?;
         match array.attribute("type") {
             Some("Float64") => Ok(numbers(&bytes, f64::from_le_bytes)),
             Some("Int64") => Ok(numbers(&bytes, |b| i64::from_le_bytes(b) as f64)),

@@ -39,7 +39,7 @@ pub(in super::super) fn listed(list: &Path) -> Result<Vec<(f64, PathBuf)>, Resul
         is_within.then(|| (time, folder.join(file)))
     };
     let entries: Option<Vec<_>> = entries.map(entry).collect();
-    entries.ok_or_else(|| refuse("lists something that is no frame of its own"))
+    entries.ok_or_else(|| refuse("lists a file that is no frame of this run"))
 }
 
 impl Series {

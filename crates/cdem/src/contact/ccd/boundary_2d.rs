@@ -3,7 +3,7 @@
 use crate::contact::ccd::signed_volume::{SignedVolume, moved};
 use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::{
-    Configuration, Distance, GapAllowance, Pair, TimeOfImpact, beyond_reentrant,
+    Configuration, ConstantMotion, Distance, GapAllowance, Pair, TimeOfImpact, beyond_reentrant,
 };
 use crate::contact::tolerances::{FLUSH, FOOT_ROUND_OFF};
 use crate::math::vector::{cross2, dot, norm, sub};
@@ -11,12 +11,8 @@ use crate::math::vector::{cross2, dot, norm, sub};
 impl Boundary2d {
     /// Returns the length of the target edge times the gap, as a function of time, m². Also returns
     /// the vector of the edge, m, and its rate, m/s.
-    fn area_before(
-        &self,
-        pair: Pair,
-        at: Configuration<2>,
-        velocity: &[[f64; 2]],
-    ) -> (SignedVolume, [[f64; 2]; 2]) {
+    fn area_before(&self, pair: Pair, motion: ConstantMotion<2>) -> (SignedVolume, [[f64; 2]; 2]) {
+        let ConstantMotion { at, velocity } = motion;
         let [a, b] = self.edges[pair.target as usize];
         let between = |from: u32, to: u32| {
             let rate = sub(&velocity[to as usize], &velocity[from as usize]);
@@ -87,15 +83,14 @@ impl TimeOfImpact<2> for Boundary2d {
     fn stays_in_contact(
         &self,
         pair: Pair,
-        at: Configuration<2>,
-        velocity: &[[f64; 2]],
+        motion: ConstantMotion<2>,
         duration: f64,
         slack: GapAllowance,
     ) -> bool {
-        if slack.clear.is_finite() && self.project(pair, at).gap > slack.clear {
+        if slack.clear.is_finite() && self.project(pair, motion.at).gap > slack.clear {
             return true;
         }
-        let (area, edge) = self.area_before(pair, at, velocity);
+        let (area, edge) = self.area_before(pair, motion);
         let lengths = [0.0, duration].map(|time| norm(&moved(&edge, time)));
         area.stays_in_contact(lengths, duration, slack)
     }
@@ -103,22 +98,21 @@ impl TimeOfImpact<2> for Boundary2d {
     fn time_of_impact(
         &self,
         pair: Pair,
-        at: Configuration<2>,
-        velocity: &[[f64; 2]],
+        motion: ConstantMotion<2>,
         duration: f64,
         depth: f64,
     ) -> Option<f64> {
-        let (area, edge) = self.area_before(pair, at, velocity);
+        let (area, edge) = self.area_before(pair, motion);
         let deep = depth * norm(&edge[0]);
         let is_on_edge = |t: f64| {
-            let then = at.after(velocity, t);
+            let then = motion.after(t);
             let foot = self.project(pair, then).foot[0];
             let slack = self.foot_slack(pair.target, foot > 0.5, then, depth);
             (-slack..=1.0 + slack).contains(&foot)
         };
         let time = area.first_root(duration, deep, is_on_edge)?;
-        let foot = self.project(pair, at.after(velocity, time)).foot[0];
-        let end = at.after(velocity, duration);
+        let foot = self.project(pair, motion.after(time)).foot[0];
+        let end = motion.after(duration);
         (!self.belongs_to_other_edge(pair, foot, depth, end)).then_some(time)
     }
 }

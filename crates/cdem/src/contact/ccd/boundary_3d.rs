@@ -5,15 +5,15 @@ use crate::contact::ccd::signed_volume::{SignedVolume, last, moved};
 use crate::contact::narrow_phase::edge_edge::LinePair;
 use crate::contact::narrow_phase::point_triangle;
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
-use crate::contact::surface::{Configuration, GapAllowance, Pair, TimeOfImpact};
+use crate::contact::surface::{Configuration, ConstantMotion, GapAllowance, Pair, TimeOfImpact};
 use crate::contact::tolerances::{EDGE_OUTWARD, EDGE_STEADY};
 use crate::math::vector::{cross, dot, norm, sub};
 
 impl TimeOfImpact<3> for Boundary3d {
     fn may_touch_in_drift(&self, pair: Pair, at: Configuration<3>, end: Configuration<3>) -> bool {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { .. } => true,
-            FeaturePair::Crossing { main, target } => {
+            FeaturePair::PointTriangle { .. } => true,
+            FeaturePair::EdgeEdge { main, target } => {
                 self.may_be_sharp_within([main, target], at, end)
             }
         }
@@ -22,21 +22,20 @@ impl TimeOfImpact<3> for Boundary3d {
     fn stays_in_contact(
         &self,
         pair: Pair,
-        at: Configuration<3>,
-        velocity: &[[f64; 3]],
+        motion: ConstantMotion<3>,
         duration: f64,
         slack: GapAllowance,
     ) -> bool {
-        let within = (duration, slack);
         match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => {
-                let p = self.triangulation.point(vertex, at);
-                let gap = || point_triangle::gap(&p, &self.triangulation.triangle(triangle, at));
+            FeaturePair::PointTriangle { vertex, triangle } => {
+                let p = self.triangulation.point(vertex, motion.at);
+                let corners = || self.triangulation.triangle(triangle, motion.at);
+                let gap = || point_triangle::gap(&p, &corners());
                 slack.clear.is_finite() && gap() > slack.clear
-                    || self.point_triangle_stays((vertex, triangle), at, velocity, within)
+                    || self.point_triangle_stays(pair, motion, duration, slack)
             }
-            FeaturePair::Crossing { main, target } => {
-                self.edge_edge_stays([main, target], at, velocity, within)
+            FeaturePair::EdgeEdge { main, target } => {
+                self.edge_edge_stays([main, target], motion, duration, slack)
             }
         }
     }
@@ -44,17 +43,16 @@ impl TimeOfImpact<3> for Boundary3d {
     fn time_of_impact(
         &self,
         pair: Pair,
-        at: Configuration<3>,
-        velocity: &[[f64; 3]],
+        motion: ConstantMotion<3>,
         duration: f64,
         depth: f64,
     ) -> Option<f64> {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => {
-                self.time_of_point_triangle((vertex, triangle), at, velocity, (duration, depth))
+            FeaturePair::PointTriangle { .. } => {
+                self.time_of_point_triangle(pair, motion, duration, depth)
             }
-            FeaturePair::Crossing { main, target } => {
-                self.time_of_edge_edge([main, target], at, velocity, (duration, depth))
+            FeaturePair::EdgeEdge { main, target } => {
+                self.time_of_edge_edge([main, target], motion, duration, depth)
             }
         }
     }
@@ -65,17 +63,17 @@ impl Boundary3d {
     /// penetration of at most `depth` then, m.
     pub(crate) fn time_of_point_triangle(
         &self,
-        (vertex, triangle): (u32, u32),
-        at: Configuration<3>,
-        velocity: &[[f64; 3]],
-        (duration, depth): (f64, f64),
+        pair: Pair,
+        motion: ConstantMotion<3>,
+        duration: f64,
+        depth: f64,
     ) -> Option<f64> {
-        let (volume, sides) = self.volume_before((vertex, triangle), at, velocity);
+        let (volume, sides) = self.volume_before(pair, motion);
         let deep = depth * area(&sides, 0.0);
         volume.first_root(duration, deep, |time| {
-            let then = at.after(velocity, time);
-            let facing = self.point_triangle(vertex, triangle, then);
-            self.foot_is_on((vertex, triangle), &facing, then, depth)
+            let then = motion.after(time);
+            let facing = self.point_triangle(pair.main, pair.target, then);
+            self.foot_is_on(pair, &facing, then, depth)
         })
     }
 
@@ -83,17 +81,17 @@ impl Boundary3d {
     pub(crate) fn time_of_edge_edge(
         &self,
         [main, target]: [u32; 2],
-        at: Configuration<3>,
-        velocity: &[[f64; 3]],
-        (duration, depth): (f64, f64),
+        motion: ConstantMotion<3>,
+        duration: f64,
+        depth: f64,
     ) -> Option<f64> {
-        if !self.are_sharp_within([main, target], at, velocity, duration) {
+        if !self.are_sharp_within([main, target], motion, duration) {
             return None;
         }
-        let (volume, edges) = self.volume_between([main, target], at, velocity);
+        let (volume, edges) = self.volume_between([main, target], motion);
         // If the edges turn, the same gap has another volume at the end.
         let area = |time: f64| area(&edges, time);
-        let crossing = |time: f64| self.edge_edge(main, target, at.after(velocity, time));
+        let crossing = |time: f64| self.edge_edge(main, target, motion.after(time));
         // Edges that turn out of one line touch as soon as they are no longer parallel, unless they
         // stay so near that the next kick is early enough.
         let sinks = crossing(0.0).is_none()
@@ -101,7 +99,7 @@ impl Boundary3d {
         let margin = volume.round_off(duration);
         let touches = |forward: bool| {
             move |time: f64| {
-                let then = at.after(velocity, time);
+                let then = motion.after(time);
                 let lines = self.lines(main, target, then);
                 let on =
                     |lines: &LinePair| self.feet_are_on([main, target], &lines.foot, then, depth);
@@ -136,12 +134,12 @@ impl Boundary3d {
     /// Returns true if a vertex in contact with a triangle stays so for `duration` seconds.
     pub(crate) fn point_triangle_stays(
         &self,
-        pair: (u32, u32),
-        at: Configuration<3>,
-        velocity: &[[f64; 3]],
-        (duration, slack): (f64, GapAllowance),
+        pair: Pair,
+        motion: ConstantMotion<3>,
+        duration: f64,
+        slack: GapAllowance,
     ) -> bool {
-        let (volume, sides) = self.volume_before(pair, at, velocity);
+        let (volume, sides) = self.volume_before(pair, motion);
         let areas = [0.0, duration].map(|time| area(&sides, time));
         volume.stays_in_contact(areas, duration, slack)
     }
@@ -151,17 +149,17 @@ impl Boundary3d {
     pub(crate) fn edge_edge_stays(
         &self,
         [main, target]: [u32; 2],
-        at: Configuration<3>,
-        velocity: &[[f64; 3]],
-        (duration, slack): (f64, GapAllowance),
+        motion: ConstantMotion<3>,
+        duration: f64,
+        slack: GapAllowance,
     ) -> bool {
-        let Some(crossing) = self.edge_edge(main, target, at) else {
+        let Some(crossing) = self.edge_edge(main, target, motion.at) else {
             return slack.clear.is_finite();
         };
         if crossing.gap > slack.clear {
             return true;
         }
-        let (volume, edges) = self.volume_between([main, target], at, velocity);
+        let (volume, edges) = self.volume_between([main, target], motion);
         let [now, then] = [0.0, duration].map(|time| {
             let [one, other] = edges.map(|edge| moved(&edge, time));
             cross(&one, &other)
@@ -180,12 +178,11 @@ impl Boundary3d {
     /// rates.
     fn volume_before(
         &self,
-        (vertex, triangle): (u32, u32),
-        at: Configuration<3>,
-        velocity: &[[f64; 3]],
+        pair: Pair,
+        motion: ConstantMotion<3>,
     ) -> (SignedVolume, [[[f64; 3]; 2]; 2]) {
-        let [a, b, c] = self.triangulation.triangles[triangle as usize].corners;
-        let [vertex, b, c] = [vertex, b, c].map(|corner| self.between(a, corner, at, velocity));
+        let [a, b, c] = self.triangulation.triangles[pair.target as usize].corners;
+        let [vertex, b, c] = [pair.main, b, c].map(|corner| self.between([a, corner], motion));
         (SignedVolume::of_volume([vertex, b, c]), [b, c])
     }
 
@@ -193,10 +190,9 @@ impl Boundary3d {
     fn volume_between(
         &self,
         edges: [u32; 2],
-        at: Configuration<3>,
-        velocity: &[[f64; 3]],
+        motion: ConstantMotion<3>,
     ) -> (SignedVolume, [[[f64; 3]; 2]; 2]) {
-        let between = |[from, to]: [u32; 2]| self.between(from, to, at, velocity);
+        let between = |corners: [u32; 2]| self.between(corners, motion);
         let [one, other] = edges.map(|edge| self.triangulation.edges[edge as usize].ends);
         let edges = [one, other].map(between);
         let volume = SignedVolume::of_volume([between([other[0], one[0]]), edges[0], edges[1]]);
@@ -208,17 +204,16 @@ impl Boundary3d {
     fn are_sharp_within(
         &self,
         [one, other]: [u32; 2],
-        at: Configuration<3>,
-        velocity: &[[f64; 3]],
+        motion: ConstantMotion<3>,
         duration: f64,
     ) -> bool {
-        let end = at.after(velocity, duration);
+        let (at, end) = (motion.at, motion.after(duration));
         let is_sharp = |edge: u32, under: u32| {
             let length = self.length(under, at);
             self.triangulation.is_sharp_under(edge, length, at)
                 || self
                     .triangulation
-                    .may_sharpen(edge, length, at, velocity, duration)
+                    .may_sharpen(edge, length, motion, duration)
                     && self.triangulation.is_sharp_under(edge, length, end)
         };
         is_sharp(one, other) && is_sharp(other, one)
@@ -246,15 +241,9 @@ impl Boundary3d {
     }
 
     /// Returns the vector between two corners, m, and its rate, m/s.
-    fn between(
-        &self,
-        from: u32,
-        to: u32,
-        at: Configuration<3>,
-        velocity: &[[f64; 3]],
-    ) -> [[f64; 3]; 2] {
-        let [start, end] = [from, to].map(|corner| self.triangulation.point(corner, at));
-        let [slow, fast] = [from, to].map(|corner| self.velocity(corner, velocity));
+    fn between(&self, corners: [u32; 2], motion: ConstantMotion<3>) -> [[f64; 3]; 2] {
+        let [start, end] = corners.map(|corner| self.triangulation.point(corner, motion.at));
+        let [slow, fast] = corners.map(|corner| self.velocity(corner, motion.velocity));
         [sub(&end, &start), sub(&fast, &slow)]
     }
 }

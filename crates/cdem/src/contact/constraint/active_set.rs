@@ -10,7 +10,7 @@ use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::surface::aabb::Aabb;
-use crate::contact::surface::kicked::KickedView;
+use crate::contact::surface::kicked::ConstantMotion;
 use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::tolerances::DUPLICATE_REACH;
 use crate::math::vector::norm;
@@ -51,11 +51,11 @@ impl<const D: usize> ActiveSetIndex<D> {
         &mut self,
         contact: &[ContactPoint<D>],
         surface: &dyn Surface<D>,
-        (motion, at): (&KickedView<D>, Configuration<D>),
+        motion: ConstantMotion<D>,
     ) {
         let place = |(number, contact): (u32, &ContactPoint<D>)| IndexedContact {
             blocks: ordered(contact.history.blocks),
-            nodes: around_nodes(surface, contact.pair, at, 0.0),
+            nodes: around_nodes(surface, contact.pair, motion.at, 0.0),
             number,
         };
         self.places.clear();
@@ -74,7 +74,7 @@ impl<const D: usize> ActiveSetIndex<D> {
         let nodes = contact
             .iter()
             .flat_map(|contact| surface.main_nodes(contact.pair.main));
-        self.fastest = fastest(nodes, motion);
+        self.fastest = fastest(nodes, motion.velocity);
     }
 
     /// Returns the contacts that may duplicate a touch of `pair`, or of a pair beside it,
@@ -83,13 +83,14 @@ impl<const D: usize> ActiveSetIndex<D> {
         &self,
         contact: &'a [ContactPoint<D>],
         context: &ContactContext<D>,
-        (motion, at): (&KickedView<D>, Configuration<D>),
-        (pair, duration): (Pair, f64),
+        motion: ConstantMotion<D>,
+        pair: Pair,
+        duration: f64,
     ) -> impl Iterator<Item = &'a ContactPoint<D>> + Clone {
         let surface = context.surface;
-        let own = fastest(surface.main_nodes(pair.main), motion);
+        let own = fastest(surface.main_nodes(pair.main), motion.velocity);
         let margin = DUPLICATE_REACH * context.tolerance + (own + self.fastest) * duration;
-        let touch = around_nodes(surface, pair, at, margin);
+        let touch = around_nodes(surface, pair, motion.at, margin);
         let blocks = ordered(context.blocks(pair));
         let between = self.between.binary_search_by_key(&blocks, |b| b.blocks);
         let (places, axis, lowest) = between.map_or((&self.places[..0], 0, 0.0), |number| {
@@ -141,10 +142,10 @@ fn around_nodes<const D: usize>(
 /// Returns the largest speed of nodes, m/s.
 fn fastest<'a, const D: usize>(
     nodes: impl IntoIterator<Item = &'a u32>,
-    motion: &KickedView<D>,
+    velocity: &[[f64; D]],
 ) -> f64 {
     let speeds = nodes
         .into_iter()
-        .map(|&node| norm(&motion.velocity[node as usize]));
+        .map(|&node| norm(&velocity[node as usize]));
     speeds.fold(0.0, f64::max)
 }

@@ -6,12 +6,13 @@ use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds,
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::law::ContactLaw;
 use crate::contact::surface::contact_kind::ContactKind;
-use crate::contact::surface::{Configuration, ContactJacobian, Pair, Surface};
+use crate::contact::surface::{Configuration, ContactJacobian, JacobianAnchor, Pair, Surface};
+use crate::contact::timing::KickSpan;
 use crate::contact::tolerances::{
-    CCD_SAMPLES, FOOT_ROUND_OFF, FORCE_TREND, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR,
+    CCD_SAMPLES, FORCE_TREND, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR,
 };
 use crate::math::serde_pod;
-use crate::math::vector::{add_scaled, dot};
+use crate::math::vector::dot;
 
 /// A closed feature pair. Its two points are one unified node until a criterion opens it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -108,19 +109,6 @@ pub(crate) struct DriftInterval<'a, const D: usize> {
     /// True if the present velocities satisfy the constraints of the closed contacts, except
     /// [new](ContactPoint::is_new) ones.
     pub(crate) is_solved: bool,
-}
-
-/// Result of tracking the point of a sliding contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum TargetTracking {
-    /// It is on its target feature, or on a neighbour.
-    There,
-    /// So too, but it has moved farther than the size of that feature. On the way it stayed in
-    /// a plane that the surface may have left.
-    InAHurry,
-    /// It has left the surface by more than the contact tolerance. The margin keeps flush
-    /// corners from flickering.
-    Beyond,
 }
 
 impl<'a, const D: usize> DriftInterval<'a, D> {
@@ -228,80 +216,6 @@ impl<const D: usize> ContactPoint<D> {
         along - surface.project(self.pair, at).gap.min(0.0) < deep
     }
 
-    /// Moves the foot of a sliding contact to its point, and on to neighbouring target
-    /// features. `taken` is true for the pairs of other contacts. The contact does not move on
-    /// to such a pair around a re-entrant corner, nor past an end of the surface.
-    pub(crate) fn track_target(
-        &mut self,
-        surface: &dyn Surface<D>,
-        at: Configuration<D>,
-        tolerance: f64,
-        taken: impl Fn(Pair) -> bool,
-    ) -> TargetTracking {
-        if self.is_sticking {
-            return TargetTracking::There;
-        }
-        let mut projection = surface.project(self.pair, at);
-        let size = surface.target_size(self.pair.target, at);
-        let hurries = projection.outside > size;
-        while projection.outside > FOOT_ROUND_OFF * size {
-            let next = surface.neighbour(self.pair, &projection.foot, at);
-            // In a re-entrant corner each side keeps its own contact.
-            let is_free =
-                |next: &Pair| !(taken(*next) && surface.is_reentrant_pair(self.pair, *next, at));
-            let Some(next) = next.filter(is_free) else {
-                if projection.outside > tolerance {
-                    let next = surface.successor(self.pair, at, tolerance);
-                    let Some((next, is_swapped)) = next.filter(|(next, _)| !taken(*next)) else {
-                        return TargetTracking::Beyond;
-                    };
-                    projection = surface.project(next, at);
-                    self.rotate_frame(surface, (next, is_swapped), at);
-                }
-                break;
-            };
-            let before = projection.outside;
-            projection = surface.project(next, at);
-            self.rotate_frame(surface, (next, false), at);
-            // Deep in a re-entrant edge, the point lies outside the faces on both sides.
-            if projection.outside >= before {
-                break;
-            }
-        }
-        self.foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
-        if hurries {
-            TargetTracking::InAHurry
-        } else {
-            TargetTracking::There
-        }
-    }
-
-    /// Continues the contact as another pair, whose main block may be the present target.
-    /// Rotates the vectors in its frame.
-    fn rotate_frame(
-        &mut self,
-        surface: &dyn Surface<D>,
-        (next, is_swapped): (Pair, bool),
-        at: Configuration<D>,
-    ) {
-        let frame = |pair| {
-            let foot = surface.project(pair, at).foot;
-            surface.jacobian(pair, &foot, at).frame
-        };
-        let [old, new] = [self.pair, next].map(frame);
-        let sign = if is_swapped { -1.0 } else { 1.0 };
-        for counted in self.frame_vectors() {
-            let mut whole = [0.0; D];
-            for r in 1..D {
-                add_scaled(&mut whole, sign * counted[r], &old[r]);
-            }
-            for r in 1..D {
-                counted[r] = dot(&whole, &new[r]);
-            }
-        }
-        (self.pair, self.normal) = (next, new[0]);
-    }
-
     /// Returns the impulse, forces and springs, which rotate with the frame.
     pub(crate) fn frame_vectors(&mut self) -> [&mut [f64; D]; 4] {
         [
@@ -340,7 +254,11 @@ impl<const D: usize> ContactPoint<D> {
         surface: &dyn Surface<D>,
         at: Configuration<D>,
     ) {
-        surface.assemble_jacobian(jacobian, self.pair, &self.foot, at, Some(&self.normal));
+        let anchor = JacobianAnchor {
+            foot: &self.foot,
+            along: Some(&self.normal),
+        };
+        surface.assemble_jacobian(jacobian, self.pair, anchor, at);
     }
 
     /// Returns the bounds of the impulse over `interval` seconds.
@@ -357,21 +275,31 @@ impl<const D: usize> ContactPoint<D> {
         }
     }
 
-    /// Sets target, bounds and start impulse of a constraint whose Jacobian is assembled. It
-    /// keeps the pair together over a drift of `drift` seconds, after a kick of `interval`
-    /// seconds: g(x_{n+1}) = (1 - [`GAP_CORRECTION`]) g(x_n) along ∇g(x_n), with g the
-    /// deviation from the offset beyond [`GAP_DEAD_BAND`], for the gap and, if the contact
-    /// sticks, for the tangents. A contact that is open and carried no normal impulse only
-    /// keeps g ≥ 0.
+    /// Sets target, bounds and start impulse of a constraint whose Jacobian is assembled, for a
+    /// kick and the drift after it.
     pub(crate) fn set_constraint(
         &self,
         constraint: &mut Constraint<D>,
-        (drift, interval): (f64, f64),
-        tolerance: f64,
+        context: &ContactContext<D>,
+        KickSpan { interval, drift }: KickSpan,
     ) {
+        self.set_target(constraint, context, drift);
+        constraint.bounds = self.friction_bounds(interval);
+        let force = extrapolated_force(&self.force, &self.force_before);
+        constraint.impulse = force.map(|force| force * interval);
+        constraint.impulse[0] = constraint.impulse[0].max(-constraint.bounds.tension);
+        constraint.impulse_before = [0.0; D];
+    }
+
+    /// Sets the target of a constraint whose Jacobian is assembled. It keeps the pair together
+    /// over a drift of `drift` seconds: g(x_{n+1}) = (1 - [`GAP_CORRECTION`]) g(x_n) along
+    /// ∇g(x_n), with g the deviation from the offset beyond [`GAP_DEAD_BAND`], for the gap and,
+    /// if the contact sticks, for the tangents. A contact that is open and carried no normal
+    /// impulse only keeps g ≥ 0.
+    fn set_target(&self, constraint: &mut Constraint<D>, context: &ContactContext<D>, drift: f64) {
         let (jacobian, target) = (&constraint.jacobian, &mut constraint.target);
         *target = [0.0; D];
-        let right = GAP_DEAD_BAND * tolerance;
+        let right = GAP_DEAD_BAND * context.tolerance;
         for r in 0..if self.is_sticking { D } else { 1 } {
             let wrong = self.offset[r] - jacobian.offset[r];
             target[r] = GAP_CORRECTION * (wrong - wrong.clamp(-right, right)) / drift;
@@ -380,11 +308,6 @@ impl<const D: usize> ContactPoint<D> {
         if apart > 0.0 && self.impulse[0] == 0.0 {
             target[0] = -apart / drift;
         }
-        constraint.bounds = self.friction_bounds(interval);
-        let force = extrapolated_force(&self.force, &self.force_before);
-        constraint.impulse = force.map(|force| force * interval);
-        constraint.impulse[0] = constraint.impulse[0].max(-constraint.bounds.tension);
-        constraint.impulse_before = [0.0; D];
     }
 
     /// Records the impulse of a kick of `interval` seconds, N·s.
@@ -415,17 +338,16 @@ impl<const D: usize> ContactPoint<D> {
     /// kick, all of which it may give back. The strength of a joint bounds the sum of both.
     pub(crate) fn impact_constraint(
         &self,
-        surface: &dyn Surface<D>,
+        context: &ContactContext<D>,
         at: Configuration<D>,
-        (drift, tolerance): (f64, f64),
+        drift: f64,
     ) -> Constraint<D> {
         let mut constraint = Constraint::default();
-        self.assemble_jacobian(&mut constraint.jacobian, surface, at);
-        self.set_constraint(&mut constraint, (drift, 0.0), tolerance);
+        self.assemble_jacobian(&mut constraint.jacobian, context.surface, at);
         if self.is_new {
-            constraint.impulse = [0.0; D];
-            constraint.target = [0.0; D];
+            constraint.bounds = self.friction_bounds(0.0);
         } else {
+            self.set_target(&mut constraint, context, drift);
             (constraint.impulse, constraint.impulse_before) = (self.impulse, self.impulse);
             constraint.bounds = self.friction_bounds(drift.max(self.interval));
         }
@@ -440,8 +362,9 @@ impl<const D: usize> ContactPoint<D> {
         velocity: &[[f64; D]],
         least: f64,
     ) {
-        let fresh = std::mem::take(&mut self.is_new);
-        if !fresh {
+        if self.is_new {
+            self.is_new = false;
+        } else {
             self.impulse = solved.impulse;
             self.breaks(solved, velocity, least);
         }

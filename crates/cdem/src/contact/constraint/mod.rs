@@ -6,3 +6,4 @@ pub(crate) mod contact_point;
 pub(crate) mod context;
 pub(crate) mod initial_overlap;
 pub(crate) mod law;
+pub(crate) mod target_tracking;

@@ -144,8 +144,8 @@ impl Clusters {
         &self,
         surface: &dyn Surface<D>,
         at: Configuration<D>,
-        margin: &(dyn Fn(u32) -> f64 + Sync),
-        may_meet: &dyn Fn([u32; 2]) -> bool,
+        margin: &(impl Fn(u32) -> f64 + Sync),
+        may_meet: &impl Fn([u32; 2]) -> bool,
     ) -> Vec<Pair> {
         let around = |patch: &Cluster| {
             let nodes = patch.nodes.iter().map(|&node| at.at(node));

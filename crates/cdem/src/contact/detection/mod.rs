@@ -1,6 +1,7 @@
 //! Detection: candidate pairs, from boxes and bounds on motion.
 
 pub(crate) mod active_candidates;
+mod broad_phase;
 pub(crate) mod candidates;
 pub(crate) mod clusters;
 pub(crate) mod grid;

@@ -45,7 +45,8 @@ pub(crate) struct SeparationBounds {
 #[derive(Clone, Copy, Debug)]
 struct OpenPair {
     pair: Pair,
-    bodies: [u32; 2],
+    /// Numbers of the blocks of main and target among those of the island.
+    blocks: [u32; 2],
     /// True if nodes of the main feature move against each other.
     turns: bool,
     /// Travels of both blocks plus the remaining distance that lead to a touch, m.
@@ -62,6 +63,21 @@ struct IslandBlock {
     way: f64,
     /// Largest speed, m/s.
     speed: f64,
+}
+
+impl OpenPair {
+    /// Returns true if the separation of the pair exceeds `distance`, m.
+    #[inline]
+    fn is_apart(&self, blocks: &[IslandBlock], distance: f64) -> bool {
+        let [main, target] = self.blocks_in(blocks);
+        self.until - (main.way + target.way) > distance
+    }
+
+    /// Returns the blocks of the pair among those of its island.
+    #[inline]
+    fn blocks_in<'a>(&self, blocks: &'a [IslandBlock]) -> [&'a IslandBlock; 2] {
+        self.blocks.map(|block| &blocks[block as usize])
+    }
 }
 
 impl SeparationBounds {
@@ -127,7 +143,7 @@ impl SeparationBounds {
         self.serves = -1.0;
         self.open.push(OpenPair {
             pair,
-            bodies: blocks.map(of),
+            blocks: blocks.map(of),
             turns: surface.main_nodes(pair.main).len() > 1,
             until: 0.0,
         });
@@ -164,12 +180,17 @@ impl SeparationBounds {
         let longest = 4.0 * duration * fastest.fold(0.0, f64::max);
         if longest.is_nan() || longest > self.serves {
             self.serves = SEPARATION_DRIFTS * longest;
-            let far = self.serves;
-            let mut soon = std::mem::take(&mut self.active);
-            soon.clear();
-            let open = (0..self.open.len()).filter(|&number| !self.is_apart(number, far));
-            soon.extend(open.map(|number| number as u32));
-            self.active = soon;
+            let tested = self.within + self.serves;
+            let Self {
+                open,
+                blocks,
+                active,
+                ..
+            } = self;
+            let near = (0..).zip(&*open);
+            let near = near.filter(|(_, open)| !open.is_apart(blocks, tested));
+            active.clear();
+            active.extend(near.map(|(number, _)| number));
         }
         let near = &*self;
         let soon = near.active.iter().map(|&number| number as usize);
@@ -180,30 +201,17 @@ impl SeparationBounds {
     #[inline]
     fn cannot_touch(&self, number: usize, duration: f64) -> bool {
         let open = &self.open[number];
-        let [main, target] = self.bodies_of(open);
+        let [main, target] = open.blocks_in(&self.blocks);
         let turns = if open.turns { 3.0 } else { 1.0 };
-        self.is_apart(number, duration * (turns * main.speed + target.speed))
-    }
-
-    /// Returns true if the separation of a pair exceeds the tested distance by more than `length`,
-    /// m.
-    #[inline]
-    fn is_apart(&self, number: usize, length: f64) -> bool {
-        let open = &self.open[number];
-        let [main, target] = self.bodies_of(open);
-        open.until - (main.way + target.way) > self.within + length
+        let way = duration * (turns * main.speed + target.speed);
+        open.is_apart(&self.blocks, self.within + way)
     }
 
     /// Sets the bound of a pair whose features are `apart` now, m.
     pub(crate) fn set_bound(&mut self, number: usize, apart: f64) {
-        let [main, target] = self.bodies_of(&self.open[number]);
-        self.open[number].until = apart + (main.way + target.way);
-    }
-
-    #[inline]
-    fn bodies_of(&self, open: &OpenPair) -> [&IslandBlock; 2] {
-        let [main, target] = open.bodies;
-        [&self.blocks[main as usize], &self.blocks[target as usize]]
+        let open = &mut self.open[number];
+        let [main, target] = open.blocks_in(&self.blocks);
+        open.until = apart + (main.way + target.way);
     }
 
     /// Adds the travel of a drift of `duration` seconds at the measured velocities.

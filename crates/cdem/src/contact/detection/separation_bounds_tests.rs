@@ -79,7 +79,8 @@ fn run<const D: usize>(space: Space<D>) -> Run<D> {
 fn compare<const D: usize>(space: Space<D>, enough: u64) -> usize {
     let mut runs = [run(space), run(space)];
     let all = runs[1].contacts.as_mut().expect("many blocks");
-    (all.examined_distance, all.grouped) = (f64::INFINITY, false);
+    all.model_data.examined_distance = f64::INFINITY;
+    all.workspace.islands_outdated = true;
     runs[1].prepare();
     let mut left_out = 0;
     for step in 0.. {
@@ -88,7 +89,7 @@ fn compare<const D: usize>(space: Space<D>, enough: u64) -> usize {
             break;
         }
         assert!(step < 300, "{} contacts", contacts.contacts_begun());
-        for island in &contacts.islands {
+        for island in &contacts.state.islands {
             left_out += not_looked_at(&island.separation_bounds, 0.01 * runs[0].model.step);
         }
         runs.iter_mut().for_each(Run::step);
@@ -96,10 +97,10 @@ fn compare<const D: usize>(space: Space<D>, enough: u64) -> usize {
         assert_eq!(one.state.velocity, other.state.velocity, "step {step}");
         assert_eq!(one.state.displacement, other.state.displacement, "{step}");
         let [one, other] = [one, other].map(|run| run.contacts.as_ref().expect("many blocks"));
-        assert_eq!(one.energies, other.energies, "step {step}");
+        assert_eq!(one.energies(), other.energies(), "step {step}");
     }
     let contacts = runs[1].contacts.as_ref().expect("many blocks");
-    let islands = &contacts.islands;
+    let islands = &contacts.state.islands;
     assert!(
         islands
             .iter()

@@ -8,10 +8,12 @@ use rayon::prelude::*;
 use crate::contact::constraint::contact_constraint::Constraint;
 use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::constraint::context::ContactContext;
-use crate::contact::energy::{ContactEnergies, ImpulseReceiver, ImpulseReceivers};
+use crate::contact::energy::ContactEnergies;
 use crate::contact::interior::{BodyCoupling, VelocityJump};
+use crate::contact::island::touch_events::Event;
 use crate::contact::island::{Island, IslandBodies};
-use crate::contact::solver::Solver;
+use crate::contact::solver::{Precision, Solver};
+use crate::contact::timing::DriftProgress;
 use crate::contact::tolerances::{
     CONTACTS_PER_TASK, CROWD_RESIDUAL, FEW_CONTACTS, GAP_ERROR, MOST_REPEATED_SOLVES, RESIDUAL,
 };
@@ -27,6 +29,22 @@ struct ImpactSolve<const D: usize> {
     start: Vec<(u32, [f64; D])>,
     /// Change of a relative velocity that counts as none, m/s.
     precision: f64,
+    /// Duration of the drift, s.
+    duration: f64,
+}
+
+/// Impulses of the bodies on their nodes, N·s, and the factor with which they act.
+#[derive(Clone, Copy)]
+struct BodyImpulses<'a, const D: usize> {
+    impulses: &'a [(u32, [f64; D])],
+    factor: f64,
+}
+
+impl<const D: usize> BodyImpulses<'_, D> {
+    const NONE: Self = Self {
+        impulses: &[],
+        factor: 0.0,
+    };
 }
 
 impl<const D: usize> ImpactSolve<D> {
@@ -38,92 +56,96 @@ impl<const D: usize> ImpactSolve<D> {
         self.start.extend(others.into_iter().map(with_velocity));
     }
 
-    /// Solves for the velocities after the impact, with `scale` times the `impulses` of the
-    /// bodies, N·s, acting at the same instant.
+    /// Solves for the velocities after the impact, with the `impulses` of the bodies acting at
+    /// the same instant.
     fn solve(
         &mut self,
         system: &mut Solver<D>,
         context: &ContactContext<D>,
         motion: &mut NodalMotion<D>,
-        (impulses, scale): (&[(u32, [f64; D])], f64),
+        impulses: BodyImpulses<D>,
         energies: &mut ContactEnergies,
     ) {
         for (node, velocity) in &self.start {
             motion.velocity[*node as usize] = *velocity;
         }
-        for (node, impulse) in impulses {
-            let impulse = impulse.map(|x| scale * x);
+        for (node, impulse) in impulses.impulses {
+            let impulse = impulse.map(|x| impulses.factor * x);
             context
                 .inertia
                 .apply_impulse(*node as usize, &impulse, motion.velocity);
         }
         let is_small = self.constraints.len() <= FEW_CONTACTS;
         let done = if is_small { RESIDUAL } else { CROWD_RESIDUAL };
-        let precision = (done, self.precision);
+        let precision = Precision {
+            residual: done,
+            velocity: self.precision,
+        };
         energies.count_solve(|| system.solve(&mut self.constraints, motion.velocity, precision));
     }
 }
 
 impl<const D: usize> Island<D> {
-    /// Solves the impact of the pairs that have just touched, in a drift of `duration` seconds
-    /// of which `remaining` are left, together with the elements behind them.
+    /// Solves the impact of the pairs that have just touched in a drift, together with the
+    /// elements behind them.
     pub(super) fn solve_impact<I: BodyCoupling<D>>(
         &mut self,
         context: &ContactContext<D>,
         motion: &mut NodalMotion<D>,
-        (before, (duration, remaining)): (&[[f64; D]], (f64, f64)),
+        event: &Event<D>,
         bodies: &mut IslandBodies<D, I>,
-        receivers: &mut ImpulseReceivers<D>,
         energies: &mut ContactEnergies,
     ) {
+        let (duration, remaining) = (event.now.duration, event.now.remaining());
         let mut impact = self.impact(context, motion, duration);
         bodies.rollback.track(self.solver.nodes(), motion);
-        impact.solve(&mut self.solver, context, motion, (&[], 0.0), energies);
+        impact.solve(
+            &mut self.solver,
+            context,
+            motion,
+            BodyImpulses::NONE,
+            energies,
+        );
         let jump = VelocityJump {
             nodes: &self.nodes,
-            before,
-            taken: bodies.in_island,
+            before: event.before,
+            taken: bodies.of_all.in_island,
             remaining,
         };
-        let mut scale = 0.0;
-        let (interior, touch) = (bodies.coupling, &mut bodies.touch);
-        interior.begin_impact(motion, &jump, bodies.rollback, touch);
-        let impulses = I::impulses(touch);
-        if !impulses.is_empty() {
-            impact.start_also(impulses.iter().map(|impulse| impulse.0), motion);
-            impact.solve(&mut self.solver, context, motion, (impulses, 1.0), energies);
-            scale = interior.balance(touch, motion);
-            impact.solve(
-                &mut self.solver,
-                context,
-                motion,
-                (impulses, scale),
-                energies,
-            );
+        let (coupling, touch) = (bodies.of_all.coupling, &mut bodies.touch);
+        coupling.begin_impact(motion, &jump, bodies.rollback, touch);
+        let mut of_bodies = BodyImpulses {
+            impulses: I::impulses(touch),
+            factor: 0.0,
+        };
+        if !of_bodies.impulses.is_empty() {
+            let nodes = of_bodies.impulses.iter().map(|impulse| impulse.0);
+            impact.start_also(nodes, motion);
+            of_bodies.factor = 1.0;
+            impact.solve(&mut self.solver, context, motion, of_bodies, energies);
+            of_bodies.factor = coupling.balance(touch, motion);
+            impact.solve(&mut self.solver, context, motion, of_bodies, energies);
         }
         for _ in 0..MOST_REPEATED_SOLVES {
-            let drift = (duration, remaining);
-            if !self.correct_targets(context, motion, &mut impact.constraints, drift) {
+            if !self.correct_targets(context, motion, &mut impact.constraints, event.now) {
                 break;
             }
-            impact.solve(
-                &mut self.solver,
-                context,
-                motion,
-                (impulses, scale),
-                energies,
-            );
+            impact.solve(&mut self.solver, context, motion, of_bodies, energies);
         }
         self.end_impact(
             context,
             motion,
-            (&impact, duration),
-            receivers.of_contacts,
+            &impact,
+            &mut bodies.received.of_contacts,
             energies,
         );
-        let timing = (remaining, scale);
-        energies.impact_loss -=
-            interior.finish_impact(touch, motion, timing, receivers.on_prescribed);
+        energies.impact_loss -= coupling.finish_impact(
+            touch,
+            motion,
+            remaining,
+            of_bodies.factor,
+            &mut bodies.received.on_prescribed,
+        );
     }
 
     /// Solves the impact of pairs that are closed at t = 0 and approach, before a drift of
@@ -133,12 +155,18 @@ impl<const D: usize> Island<D> {
         context: &ContactContext<D>,
         motion: &mut NodalMotion<D>,
         duration: f64,
-        on_impulse: ImpulseReceiver<D>,
+        received: &mut Vec<(u32, [f64; D])>,
         energies: &mut ContactEnergies,
     ) {
         let mut impact = self.impact(context, motion, duration);
-        impact.solve(&mut self.solver, context, motion, (&[], 0.0), energies);
-        self.end_impact(context, motion, (&impact, duration), on_impulse, energies);
+        impact.solve(
+            &mut self.solver,
+            context,
+            motion,
+            BodyImpulses::NONE,
+            energies,
+        );
+        self.end_impact(context, motion, &impact, received, energies);
     }
 
     /// Sets up an impact: perfectly inelastic for the new contacts, within the shear limit.
@@ -150,8 +178,8 @@ impl<const D: usize> Island<D> {
         duration: f64,
     ) -> ImpactSolve<D> {
         let constraint = |contact: &ContactPoint<D>| {
-            let within = (duration, context.tolerance);
-            contact.impact_constraint(context.surface, motion.positions().into(), within)
+            let at = motion.positions().into();
+            contact.impact_constraint(context, at, duration)
         };
         let contact = self
             .contact_points
@@ -165,11 +193,12 @@ impl<const D: usize> Island<D> {
             approach: approach.collect(),
             start: self.reached_nodes(&constraints, motion),
             precision: self.precision(context, motion.positions().into(), duration),
+            duration,
             constraints,
         }
     }
 
-    /// Corrects the targets of closed pairs that would penetrate in the `remaining` seconds: a
+    /// Corrects the targets of closed pairs that would penetrate in the rest of the drift: a
     /// point that slides along a turning edge enters it by the square of the time. Returns true
     /// if any was corrected. Contacts closed before were corrected in their kick already. Their
     /// correction here is at most twice the velocity that the whole drift would need, however
@@ -179,8 +208,9 @@ impl<const D: usize> Island<D> {
         context: &ContactContext<D>,
         motion: &NodalMotion<D>,
         constraints: &mut [Constraint<D>],
-        (duration, remaining): (f64, f64),
+        now: DriftProgress,
     ) -> bool {
+        let remaining = now.remaining();
         let then = motion.positions().after(motion.velocity, remaining);
         let mut too_far = false;
         for (contact, constraint) in self.contact_points.iter().zip(constraints) {
@@ -190,7 +220,7 @@ impl<const D: usize> Island<D> {
                 let within = if contact.is_new {
                     remaining
                 } else {
-                    remaining.max(0.5 * duration)
+                    remaining.max(0.5 * now.duration)
                 };
                 constraint.target[0] -= miss / within;
                 too_far = true;
@@ -204,22 +234,22 @@ impl<const D: usize> Island<D> {
         &mut self,
         context: &ContactContext<D>,
         motion: &NodalMotion<D>,
-        (impact, duration): (&ImpactSolve<D>, f64),
-        on_impulse: ImpulseReceiver<D>,
+        impact: &ImpactSolve<D>,
+        received: &mut Vec<(u32, [f64; D])>,
         energies: &mut ContactEnergies,
     ) {
-        let least = context.least_speed(duration);
+        let least = context.least_speed(impact.duration);
         let solved = impact.constraints.iter().zip(&impact.approach);
         for (contact, (constraint, old)) in self.contact_points.iter_mut().zip(solved) {
             let new = constraint.jacobian.relative_velocities(motion.velocity);
             let added = constraint.added();
-            energies.book_work(&added, old, &new, true);
+            energies.book_work(&added, [old, &new], true);
             contact
                 .history
                 .count(&constraint.impulse_before, &constraint.impulse);
             constraint
                 .jacobian
-                .apply_transpose(&added, &mut *on_impulse);
+                .apply_transpose(&added, |node, impulse| received.push((node, *impulse)));
             contact.apply_impact(constraint, motion.velocity, least);
         }
     }

@@ -10,20 +10,31 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::contact::constraint::contact_constraint::{Constraint, shear_norm};
-use crate::contact::constraint::contact_point::{
-    ContactHistory, ContactPoint, DriftInterval, TargetTracking,
-};
+use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, DriftInterval};
 use crate::contact::constraint::context::ContactContext;
+use crate::contact::constraint::target_tracking::TargetTracking;
 use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
-use crate::contact::island::touch_events::{ClosureRule, TouchEvents};
+use crate::contact::island::touch_events::{ClosureRule, Event, TouchEvents};
 use crate::contact::rollback::change;
+use crate::contact::solver::Precision;
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
+use crate::contact::timing::{DriftProgress, KickSpan};
 use crate::contact::tolerances::{
     CONTACTS_PER_TASK, GAP_ERROR, MOST_REPEATED_SOLVES, PAIRS_WORTH_A_SOLVE, RESIDUAL,
 };
 use crate::math::profile::Stage;
+
+/// A kick of an island.
+#[derive(Clone, Copy)]
+pub(super) struct Kick<'a, const D: usize> {
+    /// Velocities of all nodes before it, m/s.
+    pub(super) before: &'a [[f64; D]],
+    /// Its time, s.
+    pub(super) time: f64,
+    pub(super) span: KickSpan,
+}
 
 /// Constraints of the closed pairs in a kick, and their results. Its memory is reused.
 #[derive(Debug, Default)]
@@ -31,6 +42,7 @@ pub(crate) struct KickWorkspace<const D: usize> {
     constraints: Vec<Constraint<D>>,
     /// The number of constraints that are set, from the first on.
     asked: usize,
+    precision: Precision,
     /// Sum of the gap errors that the targets have been corrected for, m; and the errors after
     /// the last solve.
     missed: Vec<f64>,
@@ -58,8 +70,9 @@ impl<const D: usize> Clone for KickWorkspace<D> {
 }
 
 impl<const D: usize> KickWorkspace<D> {
-    /// Begins a kick of this many contacts, with no constraint set.
-    fn begin(&mut self, contacts: usize) {
+    /// Begins the solve of this many contacts, with no constraint set.
+    fn begin(&mut self, contacts: usize, precision: Precision) {
+        self.precision = precision;
         self.constraints.resize_with(contacts, Constraint::default);
         self.asked = 0;
         self.missed.clear();
@@ -117,42 +130,48 @@ impl<const D: usize> KickWorkspace<D> {
 
 impl<const D: usize> Island<D> {
     /// Finds the impulses of a substep that keep closed pairs together, (11), or open them,
-    /// (6)–(10). `before` are the velocities before the kick of `interval` seconds at `time`; a
-    /// drift of `drift` seconds follows. `energies` must be empty. Velocities are not changed:
+    /// (6)–(10). `energies` must be empty. Velocities are not changed:
     /// the results stay in the [workspace](KickWorkspace).
     pub(super) fn kick(
         &mut self,
         context: &ContactContext<D>,
         motion: &mut KickedView<D>,
-        before: &[[f64; D]],
-        (time, interval, drift): (f64, f64, f64),
-        mut energies: ContactEnergies,
+        kick: Kick<D>,
+        energies: ContactEnergies,
     ) {
         let mut hold = std::mem::take(&mut self.kick_workspace);
-        let mut ended = std::mem::take(&mut hold.ended);
-        let followed = (&mut hold.followed, &mut hold.moved);
-        self.track_contacts(
-            context,
-            motion.positions(),
-            followed,
-            &mut ended,
-            &mut energies,
-        );
-        let timing = (time, interval, drift);
+        hold.energies = energies;
+        self.track_contacts(context, motion.positions(), &mut hold);
         let mut touches = std::mem::take(&mut self.touch_events);
-        self.solve_closed(
-            context,
-            motion,
-            (&mut hold, &mut touches),
-            timing,
-            &mut energies,
-        );
-        let constraints = &hold.constraints;
+        self.solve_closed(context, motion, kick, &mut hold, &mut touches);
+        self.record_impulses(context, motion, kick, &mut hold);
+        self.open_released(context, motion, kick, &mut hold);
+        let parted = !hold.ended.is_empty();
+        touches.reexamine(self, context, motion, kick.span.drift, parted);
+        self.touch_events = touches;
+        hold.end(motion.velocity);
+        hold.undo(motion);
+        hold.energies.watch.lap(Stage::Geometry);
+        self.kick_workspace = hold;
+    }
+
+    /// Records the solved impulses in the contacts, and books their work. Contacts that slip
+    /// become free in the tangent, the others stick.
+    fn record_impulses(
+        &mut self,
+        context: &ContactContext<D>,
+        motion: &KickedView<D>,
+        kick: Kick<D>,
+        hold: &mut KickWorkspace<D>,
+    ) {
+        let (constraints, energies) = (&hold.constraints, &mut hold.energies);
+        let KickSpan { interval, drift } = kick.span;
         let least = context.least_speed(drift);
         for (contact, constraint) in self.contact_points.iter_mut().zip(constraints) {
             let jacobian = &constraint.jacobian;
-            let [old, new] = [before, motion.velocity].map(|v| jacobian.relative_velocities(v));
-            energies.book_work(&constraint.impulse, &old, &new, contact.is_new);
+            let [old, new] =
+                [kick.before, motion.velocity].map(|v| jacobian.relative_velocities(v));
+            energies.book_work(&constraint.impulse, [&old, &new], contact.is_new);
             energies.penetration = energies.penetration.max(contact.depth(jacobian));
             (contact.is_new, contact.normal) = (false, jacobian.frame[0]);
             contact.record_impulse(&constraint.impulse, interval);
@@ -163,10 +182,22 @@ impl<const D: usize> Island<D> {
                 contact.stick();
             }
         }
+    }
+
+    /// Ends the contacts without impulse that open in the drift.
+    fn open_released(
+        &mut self,
+        context: &ContactContext<D>,
+        motion: &KickedView<D>,
+        kick: Kick<D>,
+        hold: &mut KickWorkspace<D>,
+    ) {
+        let drift = kick.span.drift;
+        let least = context.least_speed(drift);
         let (moves, at) = (&*motion.velocity, motion.positions());
         // An open pair deeper than the contact tolerance would not be found again.
         let is_deep = |pair: Pair| context.surface.project(pair, at).gap < -context.tolerance;
-        let mut solved = constraints.iter();
+        let mut solved = hold.constraints.iter();
         self.contact_points.retain(|contact| {
             let parts = solved.next().is_some_and(|constraint| {
                 constraint.opens(moves, least)
@@ -174,17 +205,10 @@ impl<const D: usize> Island<D> {
                     && !is_deep(contact.pair)
             });
             if parts {
-                ended.push(contact.history.clone());
+                hold.ended.push(contact.history.clone());
             }
             !parts
         });
-        touches.reexamine(self, context, motion, (drift, !ended.is_empty()));
-        self.touch_events = touches;
-        hold.end(motion.velocity);
-        hold.undo(motion);
-        energies.watch.lap(Stage::Geometry);
-        (hold.ended, hold.energies) = (ended, energies);
-        self.kick_workspace = hold;
     }
 
     /// Moves the feet of sliding contacts. Ends those that have left the surface or have moved
@@ -193,9 +217,7 @@ impl<const D: usize> Island<D> {
         &mut self,
         context: &ContactContext<D>,
         at: Configuration<D>,
-        (pairs, moved): (&mut Vec<Pair>, &mut Vec<bool>),
-        ended: &mut Vec<ContactHistory>,
-        energies: &mut ContactEnergies,
+        hold: &mut KickWorkspace<D>,
     ) {
         if self
             .contact_points
@@ -204,6 +226,13 @@ impl<const D: usize> Island<D> {
         {
             return;
         }
+        let KickWorkspace {
+            followed: pairs,
+            moved,
+            ended,
+            energies,
+            ..
+        } = hold;
         pairs.clear();
         pairs.extend(self.contact_points.iter().map(|contact| contact.pair));
         pairs.sort_unstable();
@@ -211,7 +240,7 @@ impl<const D: usize> Island<D> {
         moved.clear();
         self.contact_points.retain_mut(|contact| {
             let before = contact.pair;
-            let followed = contact.track_target(context.surface, at, context.tolerance, taken);
+            let followed = contact.track_target(context, at, taken);
             energies.overtravel_count += u64::from(followed == TargetTracking::InAHurry);
             let goes_on = followed != TargetTracking::Beyond;
             if goes_on {
@@ -251,22 +280,30 @@ impl<const D: usize> Island<D> {
         &mut self,
         context: &ContactContext<D>,
         motion: &mut KickedView<D>,
-        (hold, touches): (&mut KickWorkspace<D>, &mut TouchEvents<D>),
-        (time, interval, drift): (f64, f64, f64),
-        energies: &mut ContactEnergies,
+        kick: Kick<D>,
+        hold: &mut KickWorkspace<D>,
+        touches: &mut TouchEvents<D>,
     ) {
-        hold.begin(self.contact_points.len());
-        let precision = (RESIDUAL, self.precision(context, motion.positions(), drift));
+        let drift = kick.span.drift;
+        let precision = Precision {
+            residual: RESIDUAL,
+            velocity: self.precision(context, motion.positions(), drift),
+        };
+        hold.begin(self.contact_points.len(), precision);
         let mut before: Option<Vec<[f64; D]>> = None;
         loop {
             if hold.asked < self.contact_points.len() {
-                self.set_new_constraints(context, motion, hold, (interval, drift), energies);
+                self.set_new_constraints(context, motion, hold, kick.span);
             }
-            self.solve_for_gaps(context, motion, hold, (precision, drift), energies);
+            self.solve_for_gaps(context, motion, hold, drift);
             let least = match &before {
                 Some(before) => {
-                    let interval = (ClosureRule::InKick, (0.0, drift));
-                    touches.update(self, context, motion, (before, true), interval);
+                    let event = Event {
+                        before,
+                        has_begun: true,
+                        now: DriftProgress::start(drift),
+                    };
+                    touches.update(self, context, motion, &event, ClosureRule::InKick);
                     self.contact_points.len() / PAIRS_WORTH_A_SOLVE
                 }
                 None => {
@@ -274,9 +311,13 @@ impl<const D: usize> Island<D> {
                     0
                 }
             };
-            let closes =
-                self.close_touching(context, motion, touches, (time, drift, least), energies);
-            if !closes && !self.break_joints(context, motion, hold, (interval, drift)) {
+            let pairs = touches.take_due_now();
+            let closes = pairs.len() > least && {
+                let begun = self.close_touching(context, motion, &pairs, kick);
+                hold.energies.touch_count += begun;
+                begun > 0
+            };
+            if !closes && !self.break_joints(context, motion, hold, kick.span) {
                 return;
             }
             before = Some(self.velocities(motion.velocity));
@@ -290,8 +331,7 @@ impl<const D: usize> Island<D> {
         context: &ContactContext<D>,
         motion: &KickedView<D>,
         hold: &mut KickWorkspace<D>,
-        (interval, drift): (f64, f64),
-        energies: &mut ContactEnergies,
+        span: KickSpan,
     ) {
         let at = motion.positions();
         let count = self.contact_points.len();
@@ -303,12 +343,15 @@ impl<const D: usize> Island<D> {
             .with_min_len(CONTACTS_PER_TASK);
         pairs.for_each(|(constraint, contact)| {
             contact.assemble_jacobian(&mut constraint.jacobian, context.surface, at);
-            contact.set_constraint(constraint, (drift, interval), context.tolerance);
+            contact.set_constraint(constraint, context, span);
         });
         hold.asked = count;
         hold.missed.resize(count, 0.0);
         let constraints = &hold.constraints;
-        energies.time_solution(|| self.solver.load(constraints, context.mobility(interval)));
+        hold.energies.time_solution(|| {
+            self.solver
+                .load(constraints, context.mobility(span.interval))
+        });
         hold.start(self.solver.nodes(), motion.velocity);
     }
 
@@ -319,15 +362,16 @@ impl<const D: usize> Island<D> {
         context: &ContactContext<D>,
         motion: &mut KickedView<D>,
         hold: &mut KickWorkspace<D>,
-        (precision, drift): ((f64, f64), f64),
-        energies: &mut ContactEnergies,
+        drift: f64,
     ) {
         if self.contact_points.is_empty() {
             return;
         }
         loop {
             let (system, constraints) = (&mut self.solver, &mut hold.constraints);
-            energies.count_solve(|| system.solve(constraints, motion.velocity, precision));
+            let (velocity, precision) = (&mut *motion.velocity, hold.precision);
+            let solve = || system.solve(constraints, velocity, precision);
+            hold.energies.count_solve(solve);
             if hold.again >= MOST_REPEATED_SOLVES {
                 return;
             }
@@ -343,25 +387,18 @@ impl<const D: usize> Island<D> {
         }
     }
 
-    /// Closes the open pairs that touch already, if they are more than `least`. Returns true if
-    /// any contact has begun.
+    /// Closes open pairs that touch already. Returns the number of contacts that have begun.
     fn close_touching(
         &mut self,
         context: &ContactContext<D>,
         motion: &KickedView<D>,
-        touches: &mut TouchEvents<D>,
-        (time, drift, least): (f64, f64, usize),
-        energies: &mut ContactEnergies,
-    ) -> bool {
-        let pairs = touches.take_due_now();
-        if pairs.len() <= least {
-            return false;
-        }
+        pairs: &[Pair],
+        kick: Kick<D>,
+    ) -> u64 {
+        let remaining = [0.0, kick.span.drift];
         let drift_interval =
-            DriftInterval::in_drift(motion.positions(), motion.velocity, [0.0, drift]);
-        let begun = self.activate_pairs(context, drift_interval, &pairs, time);
-        energies.touch_count += begun;
-        begun > 0
+            DriftInterval::in_drift(motion.positions(), motion.velocity, remaining);
+        self.activate_pairs(context, drift_interval, pairs, kick.time)
     }
 
     /// Breaks the joints loaded beyond their strength. Then sets all constraints anew. Returns
@@ -371,9 +408,9 @@ impl<const D: usize> Island<D> {
         context: &ContactContext<D>,
         motion: &KickedView<D>,
         hold: &mut KickWorkspace<D>,
-        (interval, drift): (f64, f64),
+        span: KickSpan,
     ) -> bool {
-        let least = context.least_speed(drift);
+        let least = context.least_speed(span.drift);
         let mut breaks = false;
         for (contact, constraint) in self.contact_points.iter_mut().zip(&hold.constraints) {
             breaks |= contact.breaks(constraint, motion.velocity, least);
@@ -381,8 +418,8 @@ impl<const D: usize> Island<D> {
         if breaks {
             let known = self.contact_points.iter().zip(&hold.missed);
             for (constraint, (contact, missed)) in hold.constraints.iter_mut().zip(known) {
-                contact.set_constraint(constraint, (drift, interval), context.tolerance);
-                constraint.target[0] -= missed / drift;
+                contact.set_constraint(constraint, context, span);
+                constraint.target[0] -= missed / span.drift;
             }
         }
         breaks

@@ -15,26 +15,35 @@ use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, Dr
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::detection::separation_bounds::SeparationBounds;
-use crate::contact::energy::{ContactEnergies, ImpulseReceivers};
-use crate::contact::interior::{BodyCoupling, KickTiming};
+use crate::contact::energy::{ContactEnergies, DriftImpulses};
+use crate::contact::interior::BodyCoupling;
 use crate::contact::island::kick::KickWorkspace;
-use crate::contact::island::touch_events::{ClosureRule, TouchEvents};
+use crate::contact::island::touch_events::{ClosureRule, Event, TouchEvents};
 use crate::contact::rollback::Rollback;
-use crate::contact::solver::Solver;
+use crate::contact::solver::{Precision, Solver};
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
-use crate::contact::tolerances::{EARLY_GAP, EVENTS, GAP_ROUND_OFF, SIMULTANEOUS};
+use crate::contact::timing::{DriftProgress, KickSpan, KickTimes};
+use crate::contact::tolerances::{EARLY_GAP, EVENTS, GAP_ROUND_OFF, RESIDUAL, SIMULTANEOUS};
 use crate::math::vector::pad;
 use crate::model::kinematics::NodalMotion;
 
+/// The bodies behind the surfaces of all islands.
+pub(crate) struct Bodies<'a, I> {
+    pub(crate) coupling: &'a I,
+    /// For each node: true if it moves with an island.
+    pub(crate) in_island: &'a [bool],
+}
+
 /// The bodies behind the surfaces of an island.
 pub(crate) struct IslandBodies<'a, const D: usize, I: BodyCoupling<D>> {
-    pub(crate) coupling: &'a I,
+    pub(crate) of_all: &'a Bodies<'a, I>,
     /// Data of the touch that is being solved.
     pub(crate) touch: I::Touch,
-    pub(crate) in_island: &'a [bool],
     /// Log of the nodes that the island moves in its drift.
     pub(crate) rollback: &'a mut Rollback<D>,
+    /// Impulses on nodes in that drift.
+    pub(crate) received: &'a mut DriftImpulses<D>,
 }
 
 /// Contact points and candidate pairs that share nodes, solved together.
@@ -69,28 +78,35 @@ impl<const D: usize> Island<D> {
         }
     }
 
+    /// Drops all that can be rebuilt between two steps.
+    pub(super) fn drop_workspace(&mut self) {
+        self.solver = Solver::default();
+        self.touch_events = TouchEvents::default();
+        self.kick_workspace = KickWorkspace::default();
+    }
+
     /// Moves the island through the drift of a substep, after its kick: separate up to each
     /// first touch (time stage 1), then as unified nodes (time stage 2).
     pub(crate) fn drift(
         &mut self,
         context: &ContactContext<D>,
         motion: &mut NodalMotion<D>,
-        (time, duration): (f64, f64),
+        time: f64,
+        duration: f64,
         bodies: &mut IslandBodies<D, impl BodyCoupling<D>>,
-        receivers: &mut ImpulseReceivers<D>,
         energies: &mut ContactEnergies,
     ) {
         let mut touches = std::mem::take(&mut self.touch_events);
-        let mut elapsed = 0.0;
+        let mut now = DriftProgress::start(duration);
         for event in 0.. {
             let window = if event + touches.upcoming_count() <= EVENTS {
-                SIMULTANEOUS * (duration - elapsed)
+                SIMULTANEOUS * now.remaining()
             } else {
                 duration / EVENTS as f64
             };
             let close = |instant: f64, pair: Pair| {
                 let at = motion.positions();
-                let then = at.after(motion.velocity, (instant - elapsed).max(0.0));
+                let then = at.after(motion.velocity, (instant - now.elapsed).max(0.0));
                 let projection = context.surface.project(pair, then.into());
                 projection.gap <= EARLY_GAP * context.tolerance
                     && projection.outside <= context.tolerance
@@ -98,39 +114,31 @@ impl<const D: usize> Island<D> {
             let Some((instant, pairs)) = touches.take_first(window, close) else {
                 break;
             };
-            let wait = (instant - elapsed).max(0.0);
+            let wait = (instant - now.elapsed).max(0.0);
             self.advance(motion, wait);
-            elapsed += wait;
-            let remaining = [0.0, duration - elapsed];
+            now.elapsed += wait;
+            let remaining = [0.0, now.remaining()];
             let drift_interval =
                 DriftInterval::in_drift(motion.positions().into(), motion.velocity, remaining);
-            let begun = self.activate_pairs(context, drift_interval, &pairs, time + elapsed);
+            let begun = self.activate_pairs(context, drift_interval, &pairs, time + now.elapsed);
             energies.touch_count += begun;
             let before = self.velocities(motion.velocity);
-            let drift = (duration, duration - elapsed);
-            self.solve_impact(
-                context,
-                motion,
-                (&before, drift),
-                bodies,
-                receivers,
-                energies,
-            );
-            touches.update(
-                self,
-                context,
-                &KickedView::new(motion, None),
-                (&before, begun > 0),
-                (ClosureRule::InDrift, (elapsed, duration)),
-            );
+            let event = Event {
+                before: &before,
+                has_begun: begun > 0,
+                now,
+            };
+            self.solve_impact(context, motion, &event, bodies, energies);
+            let motion = &KickedView::new(motion, None);
+            touches.update(self, context, motion, &event, ClosureRule::InDrift);
         }
-        self.advance(motion, duration - elapsed);
+        self.advance(motion, now.remaining());
         self.touch_events = touches;
     }
 
-    /// Returns the kick interval and the drift of the island, s, if it is due.
-    pub(super) fn timing(&self, timing: KickTiming) -> Option<(f64, f64)> {
-        timing(*self.nodes.first()?)
+    /// Returns the kick interval and the drift of the island, if it is due.
+    pub(super) fn kick_span(&self, times: KickTimes) -> Option<KickSpan> {
+        times.of(*self.nodes.first()?)
     }
 
     /// Returns the number of pairs that are closed or will touch in the drift.
@@ -302,7 +310,10 @@ impl<const D: usize> Island<D> {
             contact.offset[0] += constraint.target[0];
             constraints.push(constraint);
         }
-        let precision = self.precision(context, at, 1.0);
+        let precision = Precision {
+            residual: RESIDUAL,
+            velocity: self.precision(context, at, 1.0),
+        };
         self.solver.load(&constraints, context.mobility(0.0));
         let mut shifts = self.solver.solve_from_rest(&constraints, precision);
         shifts.retain(|(_, shift)| *shift != [0.0; D]);

@@ -8,11 +8,13 @@ use rayon::prelude::*;
 
 use crate::contact::constraint::contact_point::ContactHistory;
 use crate::contact::constraint::context::ContactContext;
-use crate::contact::energy::{ContactEnergies, ImpulseReceiver, ImpulseReceivers};
-use crate::contact::interior::{BodyCoupling, DriftDurations, KickTiming};
-use crate::contact::island::{Island, IslandBodies};
+use crate::contact::energy::{ContactEnergies, DriftImpulses};
+use crate::contact::interior::BodyCoupling;
+use crate::contact::island::kick::Kick;
+use crate::contact::island::{Bodies, Island, IslandBodies};
 use crate::contact::rollback::Rollback;
 use crate::contact::surface::kicked::KickedView;
+use crate::contact::timing::{DriftStart, KickTimes};
 use crate::contact::tolerances::{CONTACTS_WORTH_A_THREAD, NODES_PER_CONTACT, TASKS_PER_THREAD};
 use crate::math::profile::Stage;
 use crate::model::kinematics::NodalMotion;
@@ -34,17 +36,31 @@ impl<const D: usize> VelocityCopies<D> {
     }
 }
 
-/// Kicks all islands that are due at `time`, s. `before` are the velocities before the kick.
-/// Returns the contacts that have ended.
+/// The islands, and copies of the velocities for the threads that kick them.
+pub(crate) struct IslandsInKick<'a, const D: usize> {
+    pub(crate) islands: &'a mut [Island<D>],
+    pub(crate) copies: &'a VelocityCopies<D>,
+}
+
+/// A kick of all islands that are due.
+pub(crate) struct IslandKicks<'a, const D: usize> {
+    /// Velocities of all nodes before it, m/s.
+    pub(crate) before: &'a [[f64; D]],
+    pub(crate) times: KickTimes<'a>,
+}
+
+/// Kicks all islands that are due. `before` are the velocities before the kick, m/s. Adds the
+/// impulses on nodes to a list, N·s. Returns the contacts that have ended.
 pub(crate) fn kick<const D: usize>(
-    (islands, copies): (&mut [Island<D>], &VelocityCopies<D>),
+    all: IslandsInKick<D>,
     context: &ContactContext<D>,
     motion: &mut KickedView<D>,
-    (before, time, timing): (&[[f64; D]], f64, KickTiming),
-    on_impulse: ImpulseReceiver<D>,
+    kick: &IslandKicks<D>,
+    received: &mut Vec<(u32, [f64; D])>,
     energies: &mut ContactEnergies,
 ) -> Vec<ContactHistory> {
-    let is_due = |island: &Island<D>| island.timing(timing).is_some();
+    let IslandsInKick { islands, copies } = all;
+    let is_due = |island: &Island<D>| island.kick_span(kick.times).is_some();
     let due = islands.iter().filter(|island| is_due(island));
     let parts = parts(
         due.map(|island| island.contact_points.len()),
@@ -52,9 +68,13 @@ pub(crate) fn kick<const D: usize>(
     );
     let of_all = &*energies;
     let kick_island = |island: &mut Island<D>, motion: &mut KickedView<D>| {
-        if let Some((interval, drift)) = island.timing(timing) {
-            let timing = (time, interval, drift);
-            island.kick(context, motion, before, timing, of_all.empty_copy());
+        if let Some(span) = island.kick_span(kick.times) {
+            let kick = Kick {
+                before: kick.before,
+                time: kick.times.time,
+                span,
+            };
+            island.kick(context, motion, kick, of_all.empty_copy());
         }
     };
     if parts > 1 {
@@ -81,9 +101,8 @@ pub(crate) fn kick<const D: usize>(
     for hold in due.map(|island| &island.kick_workspace) {
         hold.redo(motion.velocity);
         for solved in hold.solved() {
-            solved
-                .jacobian
-                .apply_transpose(&solved.impulse, &mut *on_impulse);
+            let receive = |node, impulse: &[f64; D]| received.push((node, *impulse));
+            solved.jacobian.apply_transpose(&solved.impulse, receive);
         }
     }
     let due = islands.iter_mut().filter(|island| is_due(island));
@@ -91,18 +110,19 @@ pub(crate) fn kick<const D: usize>(
         .collect()
 }
 
-/// Moves all islands that are due through their drift, each for its `duration` from `time` on.
-/// An island whose pairs touch sees the other islands as they were before the drift, and nodes
+/// Moves all islands that are due through their drift. Adds the impulses on
+/// nodes to lists. An island whose pairs touch sees the other islands as they were before the drift, and nodes
 /// of no island as they are after it.
 pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
     islands: &mut [Island<D>],
     context: &ContactContext<D>,
     motion: &mut NodalMotion<D>,
-    (bodies, (time, duration)): ((&I, &[bool]), (f64, DriftDurations)),
-    receivers: &mut ImpulseReceivers<D>,
+    bodies: &Bodies<I>,
+    start: DriftStart,
+    received: &mut DriftImpulses<D>,
     energies: &mut ContactEnergies,
 ) {
-    let due = |island: &Island<D>| duration(*island.nodes.first()?);
+    let due = |island: &Island<D>| start.durations.of(*island.nodes.first()?);
     let tasks = islands.iter_mut().enumerate();
     let mut tasks: Vec<DriftTask<D>> = tasks
         .filter_map(|(number, island)| {
@@ -114,7 +134,7 @@ pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
             })
         })
         .collect();
-    let outcomes = meet(&mut tasks, context, motion, (bodies, time), energies);
+    let outcomes = drift_with_touches(&mut tasks, context, motion, bodies, start.time, energies);
     let mut meeting = outcomes.iter().map(|outcomes| outcomes.number).peekable();
     for (number, island) in islands.iter_mut().enumerate() {
         if meeting.next_if_eq(&number).is_none()
@@ -125,12 +145,12 @@ pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
     }
     for outcomes in &outcomes {
         energies.impact_loss -= outcomes.rollback.redo(motion, context.inertia.mass());
-        for (node, impulse) in &outcomes.of_contacts {
-            (receivers.of_contacts)(*node, impulse);
-        }
-        for (node, impulse) in &outcomes.on_prescribed {
-            (receivers.on_prescribed)(*node, impulse);
-        }
+        let DriftImpulses {
+            of_contacts,
+            on_prescribed,
+        } = &outcomes.impulses;
+        received.of_contacts.extend(of_contacts);
+        received.on_prescribed.extend(on_prescribed);
     }
 }
 
@@ -145,18 +165,17 @@ struct DriftTask<'a, const D: usize> {
 struct DriftOutcome<const D: usize> {
     number: usize,
     rollback: Rollback<D>,
-    /// Impulses of contacts, and of elements on nodes with prescribed components, N·s.
-    of_contacts: Vec<(u32, [f64; D])>,
-    on_prescribed: Vec<(u32, [f64; D])>,
+    impulses: DriftImpulses<D>,
     energies: ContactEnergies,
 }
 
 /// Computes the drift of islands whose pairs touch, from `time` on. Nodes stay where they are.
-fn meet<const D: usize, I: BodyCoupling<D>>(
+fn drift_with_touches<const D: usize, I: BodyCoupling<D>>(
     tasks: &mut [DriftTask<D>],
     context: &ContactContext<D>,
     motion: &mut NodalMotion<D>,
-    ((interior, taken), time): ((&I, &[bool]), f64),
+    bodies: &Bodies<I>,
+    time: f64,
     energies: &mut ContactEnergies,
 ) -> Vec<DriftOutcome<D>> {
     let pairs = tasks.iter().map(|meeting| meeting.island.pair_count());
@@ -167,27 +186,21 @@ fn meet<const D: usize, I: BodyCoupling<D>>(
         let mut outcomes = DriftOutcome {
             number: meeting.number,
             rollback: Rollback::new(&island.nodes, motion),
-            of_contacts: Vec::new(),
-            on_prescribed: Vec::new(),
+            impulses: DriftImpulses::default(),
             energies: of_all.empty_copy(),
         };
         let bodies = &mut IslandBodies {
-            coupling: interior,
+            of_all: bodies,
             touch: I::Touch::default(),
-            in_island: taken,
             rollback: &mut outcomes.rollback,
+            received: &mut outcomes.impulses,
         };
-        let receivers = &mut ImpulseReceivers {
-            of_contacts: &mut |node, impulse| outcomes.of_contacts.push((node, *impulse)),
-            on_prescribed: &mut |node, impulse| outcomes.on_prescribed.push((node, *impulse)),
-        };
-        let timing = (time, meeting.duration);
         island.drift(
             context,
             motion,
-            timing,
+            time,
+            meeting.duration,
             bodies,
-            receivers,
             &mut outcomes.energies,
         );
         outcomes.energies.watch.lap(Stage::Geometry);

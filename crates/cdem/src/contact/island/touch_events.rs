@@ -9,8 +9,9 @@ use crate::contact::constraint::context::ContactContext;
 use crate::contact::detection::separation_bounds::SeparationBounds;
 use crate::contact::island::Island;
 use crate::contact::narrow_phase::feature_selection::select_feature_pair;
-use crate::contact::surface::kicked::KickedView;
+use crate::contact::surface::kicked::{ConstantMotion, KickedView};
 use crate::contact::surface::{Configuration, GapAllowance, Pair, Surface};
+use crate::contact::timing::DriftProgress;
 use crate::contact::tolerances::{CONTACTS_PER_TASK, IGNORED_PENETRATION, LEAST_DEPTH};
 use crate::math::vector::{norm, sub};
 
@@ -79,6 +80,22 @@ impl ClosureRule {
     }
 }
 
+/// A change of the velocities of an island in a kick or a drift.
+pub(crate) struct Event<'a, const D: usize> {
+    /// Velocities of the nodes of the island before it, m/s.
+    pub(crate) before: &'a [[f64; D]],
+    /// True if a contact has begun.
+    pub(crate) has_begun: bool,
+    pub(crate) now: DriftProgress,
+}
+
+/// The closed pairs of an island: their spatial index, and the contact points.
+#[derive(Clone, Copy)]
+struct ActiveSet<'a, const D: usize> {
+    index: &'a ActiveSetIndex<D>,
+    contact_points: &'a [ContactPoint<D>],
+}
+
 impl<const D: usize> TouchEvents<D> {
     /// Examines all open pairs for a drift of `duration` seconds from now.
     pub(crate) fn begin(
@@ -89,8 +106,15 @@ impl<const D: usize> TouchEvents<D> {
         duration: f64,
     ) {
         self.states.clear();
-        let interval = (ClosureRule::InKick, (0.0, duration));
-        self.examine(island, context, motion, interval, |_, _, _| true);
+        let now = DriftProgress::start(duration);
+        self.examine(
+            island,
+            context,
+            motion,
+            ClosureRule::InKick,
+            now,
+            |_, _, _| true,
+        );
     }
 
     /// Examines some pairs again after a kick: those left open though they touch and, if
@@ -101,7 +125,8 @@ impl<const D: usize> TouchEvents<D> {
         island: &mut Island<D>,
         context: &ContactContext<D>,
         motion: &KickedView<D>,
-        (duration, parted): (f64, bool),
+        duration: f64,
+        parted: bool,
     ) {
         let is_open = |touch: TouchState| match touch {
             TouchState::Due => true,
@@ -110,8 +135,8 @@ impl<const D: usize> TouchEvents<D> {
         };
         if parted || self.states.iter().any(|(_, touch)| is_open(*touch)) {
             let again = |_: &[u32], old: TouchState, _: Pair| is_open(old);
-            let interval = (ClosureRule::InDrift, (0.0, duration));
-            self.examine(island, context, motion, interval, again);
+            let now = DriftProgress::start(duration);
+            self.examine(island, context, motion, ClosureRule::InDrift, now, again);
         }
     }
 
@@ -159,32 +184,31 @@ impl<const D: usize> TouchEvents<D> {
         taken.into_iter().map(|(_, pair)| pair).collect()
     }
 
-    /// Examines pairs again after an event at `elapsed` has changed the velocities `before` of
-    /// the island. Pairs whose nodes kept their velocity keep their time of touch. Pairs that
-    /// were due are examined if any contact has begun, since that may be the contact of another
-    /// pair.
+    /// Examines pairs again after an `event` has changed the velocities of the island. Pairs
+    /// whose nodes kept their velocity keep their time of touch. Pairs that were due are
+    /// examined if any contact has begun, since that may be the contact of another pair.
     pub(crate) fn update(
         &mut self,
         island: &mut Island<D>,
         context: &ContactContext<D>,
         motion: &KickedView<D>,
-        (before, has_begun): (&[[f64; D]], bool),
-        (wanted, interval): (ClosureRule, (f64, f64)),
+        event: &Event<D>,
+        rule: ClosureRule,
     ) {
         let again = |own: &[u32], old: TouchState, pair: Pair| match old {
             TouchState::Closed => false,
-            TouchState::Due => has_begun,
+            TouchState::Due => event.has_begun,
             TouchState::Refused => true,
             TouchState::Never | TouchState::At(..) => {
                 let main = context.surface.main_nodes(pair.main).iter();
                 let mut nodes = main.chain(context.surface.target_nodes(pair.target));
                 nodes.any(|node| match own.binary_search(node) {
-                    Ok(number) => motion.velocity[*node as usize] != before[number],
+                    Ok(number) => motion.velocity[*node as usize] != event.before[number],
                     Err(_) => false,
                 })
             }
         };
-        self.examine(island, context, motion, (wanted, interval), again);
+        self.examine(island, context, motion, rule, event.now, again);
     }
 
     /// Examines the pairs that `again` selects from the nodes of the island, the state and the
@@ -194,7 +218,8 @@ impl<const D: usize> TouchEvents<D> {
         island: &mut Island<D>,
         context: &ContactContext<D>,
         motion: &KickedView<D>,
-        (wanted, (elapsed, duration)): (ClosureRule, (f64, f64)),
+        rule: ClosureRule,
+        now: DriftProgress,
         again: impl Fn(&[u32], TouchState, Pair) -> bool,
     ) {
         let Island {
@@ -204,7 +229,7 @@ impl<const D: usize> TouchEvents<D> {
             ..
         } = island;
         near.measure(nodes, motion);
-        self.add_near(near, duration - elapsed);
+        self.add_near(near, now.remaining());
         self.examined.clear();
         for (place, &(number, touch)) in self.states.iter().enumerate() {
             let pair = near.pair(number);
@@ -217,19 +242,22 @@ impl<const D: usize> TouchEvents<D> {
             Some(_) => None,
             None => context.surface.geometry_cache(self.examined.len(), None),
         };
-        let at = at.with(at.cache().or(cache.as_ref()));
+        let motion = ConstantMotion {
+            at: at.with(at.cache().or(cache.as_ref())),
+            velocity: motion.velocity,
+        };
         self.closed.clear();
         self.closed
             .extend(contact.iter().map(|contact| contact.pair));
         self.closed.sort_unstable();
         let pairs = &self.closed;
         let is_closed = |pair: &Pair| pairs.binary_search(pair).is_ok();
-        let remaining = duration - elapsed;
+        let remaining = now.remaining();
         let look = |&(_, pair): &(usize, Pair)| {
             if is_closed(&pair) {
                 (PairCheck::Touch(TouchState::Closed), None)
             } else {
-                check_pair(context, (motion, at), pair, (wanted, remaining))
+                check_pair(context, motion, pair, rule, remaining)
             }
         };
         let pairs = self.examined.par_iter().with_min_len(CONTACTS_PER_TASK);
@@ -237,16 +265,15 @@ impl<const D: usize> TouchEvents<D> {
         // At rest the quick check settles most pairs, so the index is built only if needed.
         let more = |(look, _): &(PairCheck, _)| matches!(look, PairCheck::Within(_));
         if self.quick_checks.iter().any(more) {
-            self.active_set
-                .rebuild(contact, context.surface, (motion, at));
+            self.active_set.rebuild(contact, context.surface, motion);
         }
-        let closed = (&self.active_set, &**contact);
+        let closed = ActiveSet {
+            index: &self.active_set,
+            contact_points: contact,
+        };
         let touch = |(&(_, pair), &(look, _)): (&(usize, Pair), &(PairCheck, _))| match look {
             PairCheck::Touch(touch) => touch,
-            PairCheck::Within(span) => {
-                let interval = (span, elapsed, duration);
-                touch(closed, context, (motion, at), pair, interval)
-            }
+            PairCheck::Within(span) => touch(closed, context, motion, pair, span, now),
         };
         let pairs = self
             .examined
@@ -294,11 +321,12 @@ enum PairCheck {
 /// Returns also a lower bound of the distance of its features now, m.
 fn check_pair<const D: usize>(
     context: &ContactContext<D>,
-    (motion, at): (&KickedView<D>, Configuration<D>),
+    motion: ConstantMotion<D>,
     pair: Pair,
-    (wanted, remaining): (ClosureRule, f64),
+    rule: ClosureRule,
+    remaining: f64,
 ) -> (PairCheck, Option<f64>) {
-    let (surface, tolerance) = (context.surface, context.tolerance);
+    let (surface, tolerance, at) = (context.surface, context.tolerance, motion.at);
     let apart = surface.distance_lower_bound(pair, at);
     let way = remaining * fastest(surface, motion, pair);
     let end = at.after(motion.velocity, remaining);
@@ -307,16 +335,16 @@ fn check_pair<const D: usize>(
     }
     let is_slow = way <= IGNORED_PENETRATION * tolerance;
     let clear = if is_slow {
-        wanted.waits_above() * tolerance
+        rule.waits_above() * tolerance
     } else {
         f64::INFINITY
     };
     let slack = GapAllowance {
         within: IGNORED_PENETRATION * tolerance,
-        depth: wanted.depth() * tolerance,
+        depth: rule.depth() * tolerance,
         clear,
     };
-    let look = if surface.stays_in_contact(pair, at, motion.velocity, remaining, slack) {
+    let look = if surface.stays_in_contact(pair, motion, remaining, slack) {
         PairCheck::Touch(TouchState::Never)
     } else {
         PairCheck::Within(if is_slow { 0.0 } else { remaining })
@@ -324,28 +352,31 @@ fn check_pair<const D: usize>(
     (look, Some(apart))
 }
 
-/// Returns the time of touch of a pair within `span` seconds after `elapsed`. Takes the closed
+/// Returns the time of touch of a pair within `span` seconds from now. Takes the closed
 /// contacts of its blocks into account.
 fn touch<const D: usize>(
-    (closed, contact): (&ActiveSetIndex<D>, &[ContactPoint<D>]),
+    closed: ActiveSet<D>,
     context: &ContactContext<D>,
-    (motion, at): (&KickedView<D>, Configuration<D>),
+    motion: ConstantMotion<D>,
     pair: Pair,
-    (span, elapsed, duration): (f64, f64, f64),
+    span: f64,
+    now: DriftProgress,
 ) -> TouchState {
-    let (surface, tolerance) = (context.surface, context.tolerance);
-    let remaining = duration - elapsed;
-    let wait = surface.time_of_impact(pair, at, motion.velocity, span, tolerance);
+    let (surface, tolerance, at) = (context.surface, context.tolerance, motion.at);
+    let remaining = now.remaining();
+    let wait = surface.time_of_impact(pair, motion, span, tolerance);
     let Some(wait) = wait else {
         return TouchState::Never;
     };
-    let beside = closed.nearby(contact, context, (motion, at), (pair, remaining));
+    let beside = closed
+        .index
+        .nearby(closed.contact_points, context, motion, pair, remaining);
     let drift_interval = DriftInterval::in_drift(at, motion.velocity, [wait, remaining]);
     // One whole drift later. At the end of this drift, a touch in its last instant would leave
     // the choice between faces to round-off.
-    let later = at.after(motion.velocity, wait + duration);
-    match owning_pair(context, beside, pair, (drift_interval, later)) {
-        Some(owner) => TouchState::At(elapsed + wait, owner),
+    let later = at.after(motion.velocity, wait + now.duration);
+    match owning_pair(context, beside, pair, drift_interval, later) {
+        Some(owner) => TouchState::At(now.elapsed + wait, owner),
         None => TouchState::Refused,
     }
 }
@@ -356,7 +387,8 @@ fn owning_pair<'a, const D: usize>(
     context: &ContactContext<D>,
     beside: impl Iterator<Item = &'a ContactPoint<D>> + Clone,
     pair: Pair,
-    (drift_interval, later): (DriftInterval<D>, Configuration<D>),
+    drift_interval: DriftInterval<D>,
+    later: Configuration<D>,
 ) -> Option<Pair> {
     let (surface, tolerance, then) = (context.surface, context.tolerance, drift_interval.at_touch);
     let point = surface.point(pair, then);
@@ -379,7 +411,7 @@ fn owning_pair<'a, const D: usize>(
     if beside.clone().any(bars) {
         return None;
     }
-    let best = select_feature_pair(surface, pair, [then, later], tolerance, &|_| true);
+    let best = select_feature_pair(surface, pair, [then, later], tolerance, |_| true);
     let says = |contact: &ContactPoint<D>| {
         best.is_some_and(|best| contact.is_duplicate_of(context, best, drift_interval))
     };
@@ -397,12 +429,12 @@ fn owning_pair<'a, const D: usize>(
     if held.is_empty() {
         return None;
     }
-    select_feature_pair(surface, pair, [then, later], tolerance, &is_left)
+    select_feature_pair(surface, pair, [then, later], tolerance, is_left)
 }
 
 /// Returns a bound of the speed at which nodes of the two features approach, m/s: the largest
 /// speeds of either feature's nodes relative to one node, added up.
-fn fastest<const D: usize>(surface: &dyn Surface<D>, motion: &KickedView<D>, pair: Pair) -> f64 {
+fn fastest<const D: usize>(surface: &dyn Surface<D>, motion: ConstantMotion<D>, pair: Pair) -> f64 {
     let of = |node: &u32| &motion.velocity[*node as usize];
     let (main, target) = (
         surface.main_nodes(pair.main),

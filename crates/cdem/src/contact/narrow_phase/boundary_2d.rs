@@ -5,8 +5,8 @@ use std::ops::Range;
 use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{
-    Configuration, ContactGeometry, ContactJacobian, Distance, FeatureKind, MaterialPoint, Pair,
-    Pairs, Projection,
+    Configuration, ContactGeometry, ContactJacobian, Distance, FeatureKind, JacobianAnchor,
+    MaterialPoint, Pair, Pairs, Projection,
 };
 use crate::contact::tolerances::{FLUSH, SAME_FEATURE_ANGLE};
 use crate::math::vector::{add, cross2, dot, norm, scale, sub};
@@ -194,9 +194,8 @@ impl ContactGeometry<2> for Boundary2d {
         &self,
         jacobian: &mut ContactJacobian<2>,
         pair: Pair,
-        foot: &[f64; 2],
+        anchor: JacobianAnchor<2>,
         at: Configuration<2>,
-        _along: Option<&[f64; 2]>,
     ) {
         let [a, b] = self.edges[pair.target as usize];
         let p = self.main_node(pair);
@@ -205,9 +204,9 @@ impl ContactGeometry<2> for Boundary2d {
         let length = norm(&along);
         let tangent = scale(1.0 / length, &along);
         let normal = [tangent[1], -tangent[0]];
-        let w = foot[0];
-        let anchor: [f64; 2] = std::array::from_fn(|c| start[c] + w * along[c]);
-        let offset = sub(&at.at(p), &anchor);
+        let w = anchor.foot[0];
+        let target: [f64; 2] = std::array::from_fn(|c| start[c] + w * along[c]);
+        let offset = sub(&at.at(p), &target);
         let frame = [normal, tangent];
         jacobian.frame = frame;
         jacobian.offset = frame.map(|direction| dot(&direction, &offset));

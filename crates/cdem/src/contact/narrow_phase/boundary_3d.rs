@@ -8,8 +8,8 @@ use crate::contact::narrow_phase::point_triangle::{self, PointTriangle};
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{
-    Configuration, ContactGeometry, ContactJacobian, CullingResult, Distance, MaterialPoint, Pair,
-    Pairs, Projection,
+    Configuration, ContactGeometry, ContactJacobian, CullingRange, CullingResult, Distance,
+    JacobianAnchor, MaterialPoint, Pair, Pairs, Projection,
 };
 use crate::contact::tolerances::FLUSH;
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
@@ -70,14 +70,14 @@ impl Boundary3d {
                 .block(self.triangulation.edges[edge as usize].ends[0])
         };
         match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => {
+            FeaturePair::PointTriangle { vertex, triangle } => {
                 let corner = self.triangulation.triangles[triangle as usize].corners[0];
                 [
                     self.triangulation.block(vertex),
                     self.triangulation.block(corner),
                 ]
             }
-            FeaturePair::Crossing { main, target } => [of_edge(main), of_edge(target)],
+            FeaturePair::EdgeEdge { main, target } => [of_edge(main), of_edge(target)],
         }
     }
 }
@@ -85,24 +85,21 @@ impl Boundary3d {
 impl Distance<3> for Boundary3d {
     fn distance_lower_bound(&self, pair: Pair, at: Configuration<3>) -> f64 {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => {
+            FeaturePair::PointTriangle { vertex, triangle } => {
                 let p = self.triangulation.point(vertex, at);
                 distance_to(&self.triangulation.triangle(triangle, at), p)
             }
-            FeaturePair::Crossing { main, target } => {
+            FeaturePair::EdgeEdge { main, target } => {
                 let [main, target] = [main, target].map(|edge| self.triangulation.edge(edge, at));
                 edge_edge::distance(&main, &target)
             }
         }
     }
 
-    fn cull(&self, pair: Pair, at: Configuration<3>, reach: f64, tolerance: f64) -> CullingResult {
-        let range = (reach, tolerance);
+    fn cull(&self, pair: Pair, at: Configuration<3>, range: CullingRange) -> CullingResult {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => {
-                self.cull_point_triangle(vertex, triangle, at, range)
-            }
-            FeaturePair::Crossing { main, target } => {
+            FeaturePair::PointTriangle { .. } => self.cull_point_triangle(pair, at, range),
+            FeaturePair::EdgeEdge { main, target } => {
                 self.cull_edge_edge([main, target], at, range)
             }
         }
@@ -117,8 +114,8 @@ impl Distance<3> for Boundary3d {
             )
         };
         match self.feature_pair(pair) {
-            FeaturePair::Facing { .. } => on_face(),
-            FeaturePair::Crossing { main, target } => {
+            FeaturePair::PointTriangle { .. } => on_face(),
+            FeaturePair::EdgeEdge { main, target } => {
                 let across = places.iter().all(|place| !place.is_at_vertex());
                 self.are_sharp([main, target], at) && (across || on_face())
             }
@@ -128,15 +125,15 @@ impl Distance<3> for Boundary3d {
     fn is_reentrant_pair(&self, one: Pair, other: Pair, at: Configuration<3>) -> bool {
         match [one, other].map(|pair| self.feature_pair(pair)) {
             [
-                FeaturePair::Facing { vertex, triangle },
-                FeaturePair::Facing {
+                FeaturePair::PointTriangle { vertex, triangle },
+                FeaturePair::PointTriangle {
                     vertex: second,
                     triangle: beside,
                 },
             ] => vertex == second && self.face_each_other([triangle, beside], at),
             [
-                FeaturePair::Crossing { main, target },
-                FeaturePair::Crossing {
+                FeaturePair::EdgeEdge { main, target },
+                FeaturePair::EdgeEdge {
                     main: second,
                     target: beside,
                 },
@@ -160,7 +157,7 @@ impl Distance<3> for Boundary3d {
 
     fn project(&self, pair: Pair, at: Configuration<3>) -> Projection {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => {
+            FeaturePair::PointTriangle { vertex, triangle } => {
                 let facing = self.point_triangle(vertex, triangle, at);
                 Projection {
                     gap: facing.gap,
@@ -168,7 +165,7 @@ impl Distance<3> for Boundary3d {
                     outside: facing.foot_distance().1,
                 }
             }
-            FeaturePair::Crossing { main, target } => match self.edge_edge(main, target, at) {
+            FeaturePair::EdgeEdge { main, target } => match self.edge_edge(main, target, at) {
                 Some(crossing) => Projection {
                     gap: crossing.gap,
                     foot: crossing.foot,
@@ -185,14 +182,14 @@ impl Distance<3> for Boundary3d {
 
     fn gap(&self, pair: Pair, at: Configuration<3>, along: &[f64; 3]) -> Option<f64> {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => {
+            FeaturePair::PointTriangle { vertex, triangle } => {
                 let p = self.triangulation.point(vertex, at);
                 Some(point_triangle::gap(
                     &p,
                     &self.triangulation.triangle(triangle, at),
                 ))
             }
-            FeaturePair::Crossing { main, target } => {
+            FeaturePair::EdgeEdge { main, target } => {
                 let lines = self.lines(main, target, at)?;
                 Some(lines.between(along).gap)
             }
@@ -201,8 +198,10 @@ impl Distance<3> for Boundary3d {
 
     fn normal(&self, pair: Pair, at: Configuration<3>) -> Option<[f64; 3]> {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { triangle, .. } => Some(self.triangulation.normal(triangle, at)),
-            FeaturePair::Crossing { main, target } => self
+            FeaturePair::PointTriangle { triangle, .. } => {
+                Some(self.triangulation.normal(triangle, at))
+            }
+            FeaturePair::EdgeEdge { main, target } => self
                 .edge_edge(main, target, at)
                 .map(|crossing| crossing.normal),
         }
@@ -210,11 +209,11 @@ impl Distance<3> for Boundary3d {
 
     fn in_normal_cone(&self, pair: Pair, at: Configuration<3>) -> bool {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => {
+            FeaturePair::PointTriangle { vertex, triangle } => {
                 let normal = self.triangulation.normal(triangle, at);
                 self.least_cone_margin_at_vertex(vertex, &normal, at) >= -FLUSH
             }
-            FeaturePair::Crossing { main, target } => {
+            FeaturePair::EdgeEdge { main, target } => {
                 let crossing = self.edge_edge(main, target, at);
                 crossing.is_some_and(|crossing| {
                     self.least_cone_margin_at_edges([main, target], &crossing.normal, at) >= -FLUSH
@@ -256,8 +255,8 @@ impl Distance<3> for Boundary3d {
 
     fn point(&self, pair: Pair, at: Configuration<3>) -> [f64; 3] {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, .. } => self.triangulation.point(vertex, at),
-            FeaturePair::Crossing { main, target } => {
+            FeaturePair::PointTriangle { vertex, .. } => self.triangulation.point(vertex, at),
+            FeaturePair::EdgeEdge { main, target } => {
                 let lines = self.lines(main, target, at);
                 let foot = lines.map_or(0.5, |lines| lines.foot[0]);
                 let [a, b] = self.triangulation.edge(main, at);
@@ -276,15 +275,17 @@ impl ContactGeometry<3> for Boundary3d {
 
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<3>) -> Option<Pair> {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => self.next_triangle(vertex, triangle, at),
-            FeaturePair::Crossing { main, target } => self.next_edge([main, target], foot, at),
+            FeaturePair::PointTriangle { vertex, triangle } => {
+                self.next_triangle(vertex, triangle, at)
+            }
+            FeaturePair::EdgeEdge { main, target } => self.next_edge([main, target], foot, at),
         }
     }
 
     fn successor(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> Option<(Pair, bool)> {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { .. } => None,
-            FeaturePair::Crossing { main, target } => {
+            FeaturePair::PointTriangle { .. } => None,
+            FeaturePair::EdgeEdge { main, target } => {
                 self.end_on_face([main, target], at, tolerance)
             }
         }
@@ -294,16 +295,15 @@ impl ContactGeometry<3> for Boundary3d {
         &self,
         jacobian: &mut ContactJacobian<3>,
         pair: Pair,
-        foot: &[f64; 2],
+        anchor: JacobianAnchor<3>,
         at: Configuration<3>,
-        along: Option<&[f64; 3]>,
     ) {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => {
-                self.jacobian_of_point_triangle(jacobian, (vertex, triangle), foot, at);
+            FeaturePair::PointTriangle { .. } => {
+                self.jacobian_of_point_triangle(jacobian, pair, anchor.foot, at);
             }
-            FeaturePair::Crossing { main, target } => {
-                self.jacobian_of_edge_edge(jacobian, [main, target], (foot, along), at);
+            FeaturePair::EdgeEdge { main, target } => {
+                self.jacobian_of_edge_edge(jacobian, [main, target], anchor, at);
             }
         }
     }
@@ -315,11 +315,11 @@ impl ContactGeometry<3> for Boundary3d {
         rest: Configuration<3>,
     ) -> [MaterialPoint<3>; 2] {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => [
+            FeaturePair::PointTriangle { vertex, triangle } => [
                 self.material_point_at_vertex(vertex, rest),
                 self.material_point_on_triangle(triangle, foot, rest),
             ],
-            FeaturePair::Crossing { main, target } => [
+            FeaturePair::EdgeEdge { main, target } => [
                 self.material_point_on_edge(main, foot[0], rest),
                 self.material_point_on_edge(target, foot[1], rest),
             ],

@@ -6,6 +6,7 @@
 
 use smallvec::{SmallVec, smallvec};
 
+use crate::contact::narrow_phase::point_triangle::PointTriangle;
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{Configuration, Distance, Pair, Pairs};
@@ -72,10 +73,11 @@ impl FeatureSet {
     /// Returns the features around the foot point of a vertex on a triangle.
     fn on_triangle(
         boundary: &Boundary3d,
-        (vertex, triangle): (u32, u32),
+        pair: Pair,
         at: Configuration<3>,
         tolerance: f64,
     ) -> Self {
+        let (vertex, triangle) = (pair.main, pair.target);
         let facing = boundary.point_triangle(vertex, triangle, at);
         let foot = boundary.triangulation.point(vertex, at);
         let own = &boundary.triangulation.triangles[triangle as usize];
@@ -109,11 +111,11 @@ impl FeatureSet {
         tolerance: f64,
     ) -> [Self; 2] {
         match boundary.feature_pair(pair) {
-            FeaturePair::Facing { vertex, triangle } => [
+            FeaturePair::PointTriangle { vertex, .. } => [
                 Self::at_vertex(boundary, vertex, at),
-                Self::on_triangle(boundary, (vertex, triangle), at, tolerance),
+                Self::on_triangle(boundary, pair, at, tolerance),
             ],
-            FeaturePair::Crossing { main, target } => {
+            FeaturePair::EdgeEdge { main, target } => {
                 let foot = boundary
                     .edge_edge(main, target, at)
                     .map_or([0.5; 2], |c| c.foot);
@@ -231,7 +233,7 @@ impl FeatureSet {
             if norm(&cross(&own, normal)) > FLUSH {
                 continue;
             }
-            let sectors = self.sectors(boundary, (pair, triangle), &own, at);
+            let sectors = self.sectors(boundary, pair, triangle, at);
             support
                 .sectors
                 .extend(sectors.into_iter().map(|[one, other]| {
@@ -250,8 +252,8 @@ impl FeatureSet {
     fn sectors(
         &self,
         boundary: &Boundary3d,
-        (pair, triangle): (Pair, u32),
-        normal: &[f64; 3],
+        pair: Pair,
+        triangle: u32,
         at: Configuration<3>,
     ) -> SmallVec<[Sector; 4]> {
         let own = &boundary.triangulation.triangles[triangle as usize];
@@ -264,11 +266,10 @@ impl FeatureSet {
             return smallvec![[to(1), to(2)]];
         }
         let point = boundary.point(pair, at);
-        let facing =
-            crate::contact::narrow_phase::point_triangle::PointTriangle::new(&point, &points);
+        let facing = PointTriangle::new(&point, &points);
         let (k, _) = facing.foot_distance();
         let along = unit(sub(&points[(k + 1) % 3], &points[k]));
-        let inward = cross(normal, &along);
+        let inward = cross(&facing.normal, &along);
         let [back, out] = [scale(-1.0, &along), scale(-1.0, &inward)];
         let mut sectors = smallvec![[along, inward], [inward, back]];
         let at_edge = self.edges.contains(&own.edges[k]) || self.triangles.len() > 1;

@@ -8,7 +8,7 @@
 
 use crate::contact::narrow_phase::edge_edge::distance;
 use crate::contact::surface::boundary_3d::Boundary3d;
-use crate::contact::surface::{Configuration, CullingResult};
+use crate::contact::surface::{Configuration, CullingRange, CullingResult, Pair};
 use crate::contact::tolerances::{EDGE_TURN_RATE, FACE_TURN_RATE, FLUSH, SIDE_TURN_RATE};
 use crate::math::vector::{norm, sub};
 
@@ -16,22 +16,21 @@ impl Boundary3d {
     /// Tests a vertex no farther from a triangle than about reach and tolerance.
     pub(crate) fn cull_point_triangle(
         &self,
-        vertex: u32,
-        triangle: u32,
+        pair: Pair,
         at: Configuration<3>,
-        (reach, tolerance): (f64, f64),
+        range: CullingRange,
     ) -> CullingResult {
-        let range = reach.max(tolerance);
-        let facing = self.point_triangle(vertex, triangle, at);
-        if facing.gap > range || facing.gap < -range - tolerance || facing.foot_distance().1 > range
-        {
-            return CullingResult::Apart;
+        let CullingRange { reach, tolerance } = range;
+        let (vertex, far) = (pair.main, reach.max(tolerance));
+        let facing = self.point_triangle(vertex, pair.target, at);
+        if facing.gap > far || facing.gap < -far - tolerance || facing.foot_distance().1 > far {
+            return CullingResult::Far;
         }
         let edges = self.triangulation.edges_at(vertex).iter();
         let lengths = edges.map(|&edge| self.length(edge, at));
         let smallest = lengths.chain(facing.heights).fold(f64::MAX, f64::min);
         let turn = -self.least_cone_margin_at_vertex(vertex, &facing.normal, at) - FLUSH;
-        until_turned(turn * smallest / FACE_TURN_RATE, (reach, tolerance))
+        until_turned(turn * smallest / FACE_TURN_RATE, range)
     }
 
     /// Tests two edges no farther from each other than about reach and tolerance.
@@ -39,17 +38,18 @@ impl Boundary3d {
         &self,
         edges: [u32; 2],
         at: Configuration<3>,
-        (reach, tolerance): (f64, f64),
+        range: CullingRange,
     ) -> CullingResult {
+        let CullingRange { reach, tolerance } = range;
         let [main, target] = edges.map(|edge| self.triangulation.edge(edge, at));
         if distance(&main, &target) > reach.max(tolerance) + tolerance {
-            return CullingResult::Apart;
+            return CullingResult::Far;
         }
         let lengths = [target, main].map(|[a, b]| norm(&sub(&b, &a)));
         let sharpens = |k: usize| self.triangulation.sharpens_after(edges[k], lengths[k], at);
         let sharpens = f64::max(sharpens(0), sharpens(1));
         if reach <= sharpens {
-            return CullingResult::Lacks(sharpens);
+            return CullingResult::ExcludedUntil(sharpens);
         }
         let Some(crossing) = self.edge_edge(edges[0], edges[1], at) else {
             return CullingResult::Near;
@@ -58,18 +58,19 @@ impl Boundary3d {
         let smallest = crossing.sine * f64::min(smallest[0], smallest[1]);
         let turn = -self.least_cone_margin_at_edges(edges, &crossing.normal, at) - FLUSH;
         let turn = f64::min(turn / EDGE_TURN_RATE, crossing.outward / SIDE_TURN_RATE);
-        until_turned(turn * smallest, (reach, tolerance))
+        until_turned(turn * smallest, range)
     }
 }
 
 /// Returns the result for a pair that cannot touch before the travels of its nodes add up to
 /// `turned`, m; ≤ 0 if nothing must turn.
-fn until_turned(turned: f64, (reach, tolerance): (f64, f64)) -> CullingResult {
+fn until_turned(turned: f64, range: CullingRange) -> CullingResult {
+    let CullingRange { reach, tolerance } = range;
     if reach.max(tolerance) >= turned {
         CullingResult::Near
     } else {
         // Whatever the reach is later: a touch at a corner may belong to any feature there within
         // the tolerance.
-        CullingResult::Lacks(turned - tolerance)
+        CullingResult::ExcludedUntil(turned - tolerance)
     }
 }

@@ -116,9 +116,9 @@ impl NormalRotation {
     /// Makes the map. If the edges have turned parallel, the rotation about the other axes is not
     /// defined and counts as zero.
     pub(super) fn new(
-        main: &[[f64; 3]; 2],
-        target: &[[f64; 3]; 2],
-        (foot, normal): (&[f64; 2], &[f64; 3]),
+        [main, target]: [&[[f64; 3]; 2]; 2],
+        foot: &[f64; 2],
+        normal: &[f64; 3],
         are_parallel: bool,
     ) -> Self {
         let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));

@@ -17,7 +17,7 @@ pub(crate) fn select_feature_pair<const D: usize>(
     pair: Pair,
     [at, then]: [Configuration<D>; 2],
     tolerance: f64,
-    may: &dyn Fn(Pair) -> bool,
+    may: impl Fn(Pair) -> bool,
 ) -> Option<Pair> {
     let slack = IGNORED_PENETRATION * tolerance;
     let mut rivals = competing_pairs(surface, pair, at, tolerance);

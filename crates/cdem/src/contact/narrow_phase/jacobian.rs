@@ -3,42 +3,44 @@
 use crate::contact::narrow_phase::edge_edge::{LinePair, NormalRotation};
 use crate::contact::narrow_phase::point_triangle::TriangleMotion;
 use crate::contact::surface::boundary_3d::Boundary3d;
-use crate::contact::surface::{Configuration, ContactJacobian};
+use crate::contact::surface::{Configuration, ContactJacobian, JacobianAnchor, Pair};
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
 
 impl Boundary3d {
-    /// Assembles the Jacobian of a vertex and the point at `foot` of a triangle.
+    /// Assembles the Jacobian of a pair of a vertex and a triangle, with the point of the triangle
+    /// at `foot`.
     pub(crate) fn jacobian_of_point_triangle(
         &self,
         jacobian: &mut ContactJacobian<3>,
-        (vertex, triangle): (u32, u32),
+        pair: Pair,
         foot: &[f64; 2],
         at: Configuration<3>,
     ) {
-        let p = self.triangulation.point(vertex, at);
-        let points = self.triangulation.triangle(triangle, at);
+        let p = self.triangulation.point(pair.main, at);
+        let points = self.triangulation.triangle(pair.target, at);
         let weights = [1.0 - foot[0] - foot[1], foot[0], foot[1]];
         let material = TriangleMotion::new(&p, &points, &weights);
         let frame = frame(material.normal(), &sub(&points[1], &points[0]));
-        let corners = self.triangulation.triangles[triangle as usize].corners;
-        let corners = [vertex, corners[0], corners[1], corners[2]];
+        let corners = self.triangulation.triangles[pair.target as usize].corners;
+        let corners = [pair.main, corners[0], corners[1], corners[2]];
         let rows = |direction: &[f64; 3]| {
             let [a, b, c] = material.rows(direction).map(|row| scale(-1.0, &row));
             [*direction, a, b, c]
         };
-        self.assemble(jacobian, frame, material.offset(), (corners, rows));
+        set_frame(jacobian, frame, material.offset());
+        self.set_rows(jacobian, corners, &frame.map(|direction| rows(&direction)));
     }
 
-    /// Assembles the Jacobian of the points at `foot` of two edges.
+    /// Assembles the Jacobian of the points at an anchor of two edges.
     pub(crate) fn jacobian_of_edge_edge(
         &self,
         jacobian: &mut ContactJacobian<3>,
         [main, target]: [u32; 2],
-        (foot, along): (&[f64; 2], Option<&[f64; 3]>),
+        anchor: JacobianAnchor<3>,
         at: Configuration<3>,
     ) {
         let [one, other] = [main, target].map(|edge| self.triangulation.edge(edge, at));
-        let outward = along.copied();
+        let outward = anchor.along.copied();
         let outward = outward.unwrap_or_else(|| self.outward(main, target, at));
         let lines = LinePair::new(&one, &other, self.triangulation.tolerance);
         let crossing = lines.map(|lines| lines.between(&outward));
@@ -51,27 +53,28 @@ impl Boundary3d {
             },
             |crossing| crossing.normal,
         );
-        let pivot = NormalRotation::new(&one, &other, (foot, &normal), are_parallel);
+        let pivot = NormalRotation::new([&one, &other], anchor.foot, &normal, are_parallel);
         let [main, target] =
             [main, target].map(|edge| self.triangulation.edges[edge as usize].ends);
         let corners = [main[0], main[1], target[0], target[1]];
         let frame = frame(&normal, &along);
-        let rows = |direction: &[f64; 3]| pivot.rows(direction);
-        self.assemble(jacobian, frame, pivot.offset(), (corners, rows));
+        set_frame(jacobian, frame, pivot.offset());
+        self.set_rows(
+            jacobian,
+            corners,
+            &frame.map(|direction| pivot.rows(&direction)),
+        );
     }
 
-    /// Assembles the Jacobian from the coefficients of four corners for the directions of a frame.
-    fn assemble(
+    /// Sets the rows of a Jacobian by the coefficients of four corners, one list for each direction
+    /// of the frame.
+    fn set_rows(
         &self,
         jacobian: &mut ContactJacobian<3>,
-        frame: [[f64; 3]; 3],
-        offset: &[f64; 3],
-        (corners, of_direction): ([u32; 4], impl Fn(&[f64; 3]) -> [[f64; 3]; 4]),
+        corners: [u32; 4],
+        rows: &[[[f64; 3]; 4]; 3],
     ) {
-        jacobian.frame = frame;
-        jacobian.offset = frame.map(|direction| dot(&direction, offset));
         jacobian.count = 0;
-        let rows = frame.map(|direction| of_direction(&direction));
         for (c, corner) in corners.into_iter().enumerate() {
             let nodes = self.triangulation.nodes_of_corner(corner);
             let share = 1.0 / nodes.len() as f64;
@@ -89,6 +92,12 @@ impl Boundary3d {
             }
         }
     }
+}
+
+/// Sets the frame of a Jacobian, and its offset from the target point to the main point, m.
+fn set_frame(jacobian: &mut ContactJacobian<3>, frame: [[f64; 3]; 3], offset: &[f64; 3]) {
+    jacobian.frame = frame;
+    jacobian.offset = frame.map(|direction| dot(&direction, offset));
 }
 
 /// Returns a unit normal and two unit tangents, the first in the plane of `along`.

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::contact::narrow_phase::point_triangle::PointTriangle;
 use crate::contact::surface::boundary_3d::Boundary3d;
 use crate::contact::surface::{Configuration, FeatureKind, MaterialPoint, Pair};
 use crate::contact::tolerances::SAME_FEATURE_ANGLE;
@@ -127,10 +128,7 @@ impl Boundary3d {
             if !is_about(&mark.position, &corners) {
                 return None;
             }
-            let facing = crate::contact::narrow_phase::point_triangle::PointTriangle::new(
-                &mark.position,
-                &corners,
-            );
+            let facing = PointTriangle::new(&mark.position, &corners);
             let size = facing.heights.into_iter().fold(f64::INFINITY, f64::min);
             let turned = norm(&sub(&facing.normal, &mark.outward));
             let outside = -facing.weights.into_iter().fold(f64::INFINITY, f64::min);

@@ -16,14 +16,20 @@ impl Boundary3d {
     ///   The rims of two faces that end together are nearly parallel and cross many times.
     pub(crate) fn foot_is_on(
         &self,
-        (vertex, triangle): (u32, u32),
+        pair: Pair,
         facing: &PointTriangle,
         at: Configuration<3>,
         depth: f64,
     ) -> bool {
+        let (vertex, triangle) = (pair.main, pair.target);
         let is_near = || {
             let points = self.triangulation.triangle(triangle, at);
             distance_to(&points, self.triangulation.point(vertex, at)) <= depth
+        };
+        let inward = |k: usize| {
+            let points = self.triangulation.triangle(triangle, at);
+            let along = sub(&points[(k + 1) % 3], &points[k]);
+            cross(&facing.normal, &scale(1.0 / norm(&along), &along))
         };
         (0..3).all(|k| {
             let inside = facing.inside(k);
@@ -33,7 +39,7 @@ impl Boundary3d {
                 || inside >= -slack - beyond_reentrant(self.triangulation.turn(edge, at), depth)
                 || inside >= -slack - depth
                     && is_near()
-                    && self.has_flush_edge_into(vertex, (triangle, k), &facing.normal, at)
+                    && self.has_flush_edge_into(vertex, &facing.normal, &inward(k), at)
         })
     }
 
@@ -99,22 +105,19 @@ impl Boundary3d {
         turns.fold(f64::MAX, f64::min)
     }
 
-    /// Returns true if an edge of a vertex lies in the plane of a triangle, and leads to the inner
-    /// side of edge `k`.
+    /// Returns true if an edge of a vertex lies in the plane with a normal, and leads to the side of
+    /// the direction `inward` in it.
     fn has_flush_edge_into(
         &self,
         vertex: u32,
-        (triangle, k): (u32, usize),
         normal: &[f64; 3],
+        inward: &[f64; 3],
         at: Configuration<3>,
     ) -> bool {
-        let points = self.triangulation.triangle(triangle, at);
-        let along = sub(&points[(k + 1) % 3], &points[k]);
-        let inward = cross(normal, &scale(1.0 / norm(&along), &along));
         self.triangulation.edges_at(vertex).iter().any(|&edge| {
             let away = self.triangulation.away(vertex, edge, at);
             let slack = FLUSH * norm(&away);
-            dot(&away, normal).abs() <= slack && dot(&away, &inward) > slack
+            dot(&away, normal).abs() <= slack && dot(&away, inward) > slack
         })
     }
 

@@ -33,6 +33,7 @@ type Polygon = SmallVec<[[f64; 2]; 8]>;
 /// Coordinates in the plane of a contact.
 struct ContactPlane {
     origin: [f64; 3],
+    normal: [f64; 3],
     axes: [[f64; 3]; 2],
 }
 
@@ -41,6 +42,7 @@ impl ContactPlane {
         let [_, one, two] = crate::contact::narrow_phase::jacobian::frame(normal, along);
         Self {
             origin,
+            normal: *normal,
             axes: [one, two],
         }
     }
@@ -49,6 +51,13 @@ impl ContactPlane {
         let from = sub(x, &self.origin);
         self.axes.each_ref().map(|axis| dot(axis, &from))
     }
+}
+
+/// Flush facets of main and target around a contact point.
+struct FlushFacets {
+    main: FeatureList,
+    target: FeatureList,
+    plane: ContactPlane,
 }
 
 impl ProjectedFacet {
@@ -148,39 +157,29 @@ impl Boundary3d {
         at: Configuration<3>,
         tolerance: f64,
     ) -> f64 {
-        let Some(normal) = self.normal(pair, at) else {
+        let Some(facets) = self.facets_of_contact(pair, places, at) else {
             return 0.0;
         };
-        let point = self.point(pair, at);
-        let [main, target] = places
-            .each_ref()
-            .map(|place| self.flush_facets(&place.triangles, &normal, at));
-        let (Some(&first), Some(_)) = (main.first(), target.first()) else {
-            return 0.0;
-        };
-        let [a, b, ..] = self.triangulation.facet(first) else {
-            return 0.0;
-        };
-        let along = sub(
-            &self.triangulation.point(*b, at),
-            &self.triangulation.point(*a, at),
-        );
-        let plane = ContactPlane::new(point, &normal, &along);
+        let FlushFacets {
+            main,
+            target,
+            plane,
+        } = &facets;
         let vertex = match self.feature_pair(pair) {
-            FeaturePair::Facing { vertex, .. } => Some(vertex),
-            FeaturePair::Crossing { .. } => None,
+            FeaturePair::PointTriangle { vertex, .. } => Some(vertex),
+            FeaturePair::EdgeEdge { .. } => None,
         };
         let mut sum = 0.0;
-        for &facet in &main {
-            let one = ProjectedFacet::new(self, facet, &plane, at);
-            let beneath = self.overlapping_facets(&one, &target, (&normal, &plane), at);
+        for &facet in main {
+            let one = ProjectedFacet::new(self, facet, plane, at);
+            let beneath = self.overlapping_facets(&one, target, plane, at);
             for other in &beneath {
                 let piece = clip(&one.corners, &other.corners);
                 if area(&piece) <= tolerance * tolerance {
                     continue;
                 }
                 sum += area_of_corner(&piece, [&one, other], tolerance).unwrap_or_else(|| {
-                    let above = self.overlapping_facets(other, &main, (&normal, &plane), at);
+                    let above = self.overlapping_facets(other, main, plane, at);
                     let sides = [(&one, beneath.as_slice()), (other, above.as_slice())];
                     let among = touching_weight(sides, &mean(&piece), tolerance);
                     let weight = match vertex {
@@ -199,25 +198,57 @@ impl Boundary3d {
             }
         }
         if vertex.is_none() {
-            let sides = [main.as_slice(), target.as_slice()];
-            sum += self.tributary_area_of_others(sides, (&normal, &plane), at, tolerance);
+            sum += self.tributary_area_of_others(&facets, at, tolerance);
         }
         sum
     }
 
-    /// Returns the area of a crossing at the rim of the `target` facets, m²: its fraction of the
+    /// Returns the flush facets around the contact point of a pair; `None` if one side has none.
+    fn facets_of_contact(
+        &self,
+        pair: Pair,
+        places: &[FeatureSet; 2],
+        at: Configuration<3>,
+    ) -> Option<FlushFacets> {
+        let normal = self.normal(pair, at)?;
+        let point = self.point(pair, at);
+        let [main, target] = places
+            .each_ref()
+            .map(|place| self.flush_facets(&place.triangles, &normal, at));
+        let (Some(&first), Some(_)) = (main.first(), target.first()) else {
+            return None;
+        };
+        let [a, b, ..] = self.triangulation.facet(first) else {
+            return None;
+        };
+        let along = sub(
+            &self.triangulation.point(*b, at),
+            &self.triangulation.point(*a, at),
+        );
+        Some(FlushFacets {
+            main,
+            target,
+            plane: ContactPlane::new(point, &normal, &along),
+        })
+    }
+
+    /// Returns the area of a crossing at the rim of the target facets, m²: its fraction of the
     /// overlaps with main facets that have no other contact point.
     fn tributary_area_of_others(
         &self,
-        [main, target]: [&[u32]; 2],
-        (normal, plane): (&[f64; 3], &ContactPlane),
+        facets: &FlushFacets,
         at: Configuration<3>,
         tolerance: f64,
     ) -> f64 {
+        let FlushFacets {
+            main,
+            target,
+            plane,
+        } = facets;
         let mut sum = 0.0;
         for &facet in target {
             let other = ProjectedFacet::new(self, facet, plane, at);
-            let above = self.overlapping_facets(&other, main, (normal, plane), at);
+            let above = self.overlapping_facets(&other, main, plane, at);
             let weight = weight_of_crossing(&crossings(&other, &above, tolerance), tolerance);
             if weight == 0.0 {
                 continue;
@@ -229,7 +260,7 @@ impl Boundary3d {
                 {
                     continue;
                 }
-                let beneath = self.overlapping_facets(one, target, (normal, plane), at);
+                let beneath = self.overlapping_facets(one, target, plane, at);
                 let sides = [(one, beneath.as_slice()), (&other, above.as_slice())];
                 if touching_weight(sides, &mean(&piece), tolerance) == 0.0
                     && crossings(one, &beneath, tolerance).is_empty()
@@ -264,7 +295,7 @@ impl Boundary3d {
         &self,
         patch: &ProjectedFacet,
         from: &[u32],
-        (normal, plane): (&[f64; 3], &ContactPlane),
+        plane: &ContactPlane,
         at: Configuration<3>,
     ) -> Vec<ProjectedFacet> {
         let mut waiting = FeatureList::from_slice(from);
@@ -279,7 +310,7 @@ impl Boundary3d {
             }
             for &vertex in &other.vertices {
                 let neighbours =
-                    self.flush_facets(self.triangulation.triangles_at(vertex), normal, at);
+                    self.flush_facets(self.triangulation.triangles_at(vertex), &plane.normal, at);
                 for facet in neighbours {
                     if let Err(place) = known.binary_search(&facet) {
                         known.insert(place, facet);

@@ -1,23 +1,10 @@
-//! Graph colouring of points that share nodes, for parallel passes: points of one colour, in
-//! different tasks, share no node.
-//!
-//! Colours depend on the points alone, and tasks of one colour do not see each other. So a pass
-//! gives the same bits on any number of threads (design, section 5).
+//! Graph colouring of points that share nodes, for [parallel
+//! passes](crate::contact::solver::coloured_pass): points of one colour, in different tasks,
+//! share no node.
 
-#![allow(
-    unsafe_code,
-    reason = "threads write to one slice, each to places of its own"
-)]
-
-use std::marker::PhantomData;
 use std::ops::Range;
 
-use pulp::{Arch, Simd, WithSimd};
-
-use crate::contact::solver::simd_block::{SimdBlock, SimdBlocks};
-use crate::contact::tolerances::{
-    COLOUR_TASKS_WORTH_A_THREAD, CONTACTS_ABREAST, CONTACTS_PER_COLOUR_TASK,
-};
+use crate::contact::tolerances::{CONTACTS_ABREAST, CONTACTS_PER_COLOUR_TASK};
 
 /// The number of colours that one round assigns: bits of a word.
 const PALETTE: u32 = u64::BITS;
@@ -68,14 +55,14 @@ pub(super) struct Colouring {
     /// Ranges of positions that one thread visits one after the other; and their least length,
     /// except at the end of a colour.
     tasks: Vec<Range<usize>>,
-    task: usize,
+    pub(super) task: usize,
     /// Tasks of each colour, which share no nodes.
-    colours: Vec<Range<usize>>,
+    pub(super) colours: Vec<Range<usize>>,
     /// The number of nodes.
     node_count: usize,
     /// Positions that passes visit, in order; and the start of each task among them.
     active: Vec<u32>,
-    begins: Vec<usize>,
+    pub(super) begins: Vec<usize>,
 }
 
 impl Colouring {
@@ -201,61 +188,6 @@ impl Colouring {
     pub(super) fn nodes(&self, place: usize) -> &[u32] {
         self.nodes.of(place)
     }
-
-    /// Visits each active position, with its value in `own` and the `values` of its nodes,
-    /// colour by colour, the tasks of a colour in parallel. Returns the
-    /// [combined](Visit::together) results. The points fix the order of combination.
-    pub(super) fn pass<T: Send, V: Send, F: Visit<T, V, N>, const N: usize>(
-        &self,
-        own: &mut [T],
-        values: &mut [V],
-        visit: &F,
-    ) -> [f64; N] {
-        assert_eq!(own.len(), self.order.len());
-        assert_eq!(values.len(), self.node_count);
-        let (own, values) = (SharedSlice::new(own), SharedSlice::new(values));
-        let run = |awake: Range<usize>| {
-            // SAFETY: tasks of a colour share neither positions nor nodes, and no two colours
-            // are visited at the same time. All indices are in range: `push` has asserted it
-            // for the nodes, and the lengths are asserted above.
-            let task =
-                unsafe { ColourTask::new(self, &self.active[awake], (&own, &values), visit) };
-            Arch::new().dispatch(task)
-        };
-        let mut all = [0.0; N];
-        for tasks in &self.colours {
-            let awake = self.begins[tasks.start]..self.begins[tasks.end];
-            if awake.is_empty() {
-                continue;
-            }
-            let is_small = awake.len() <= COLOUR_TASKS_WORTH_A_THREAD * self.task;
-            if is_small || tasks.len() == 1 {
-                all = F::together(all, run(awake));
-                continue;
-            }
-            let task = |task: usize| run(self.begins[task]..self.begins[task + 1]);
-            all = F::together(all, halves(tasks.clone(), &task, &F::together));
-        }
-        all
-    }
-}
-
-/// Runs one or more tasks on all threads, in halves. The order in which results are combined
-/// does not depend on which task ends first.
-fn halves<R: Send>(
-    tasks: Range<usize>,
-    run: &(impl Fn(usize) -> R + Sync),
-    together: &(impl Fn(R, R) -> R + Sync),
-) -> R {
-    if tasks.len() == 1 {
-        return run(tasks.start);
-    }
-    let middle = tasks.start + tasks.len() / 2;
-    let (one, other) = rayon::join(
-        || halves(tasks.start..middle, run, together),
-        || halves(middle..tasks.end, run, together),
-    );
-    together(one, other)
 }
 
 /// Returns the first point of each group, then the second of each, and so on.
@@ -264,193 +196,17 @@ fn abreast<'a>(groups: &'a [&'a [u32]]) -> impl Iterator<Item = u32> + 'a {
     (0..longest).flat_map(|k| groups.iter().filter_map(move |group| group.get(k).copied()))
 }
 
-/// Work at a position. It is compiled into each [`ColourTask`] for that task's instruction set:
-/// `#[inline(always)]`, which no closure can be.
-pub(super) trait Visit<T, V, const N: usize>: Sync {
-    fn visit<S: Simd>(&self, simd: S, place: usize, own: &mut T, values: NodeValues<V>)
-    -> [f64; N];
-
-    /// Combines the results of two visits, or of any number: the larger value of each; NaN
-    /// stays.
-    #[inline(always)]
-    fn together(one: [f64; N], other: [f64; N]) -> [f64; N] {
-        std::array::from_fn(|i| larger(one[i], other[i]))
-    }
-}
-
-/// Active positions that are visited one after the other, with the widest instructions of the
-/// machine.
-struct ColourTask<'a, T, V, F, const N: usize> {
-    colours: &'a Colouring,
-    places: &'a [u32],
-    own: &'a SharedSlice<'a, T>,
-    values: &'a SharedSlice<'a, V>,
-    visit: &'a F,
-}
-
-impl<'a, T, V, F, const N: usize> ColourTask<'a, T, V, F, N> {
-    /// # Safety
-    ///
-    /// The positions and their nodes are in range, and nothing else uses their values during
-    /// the lifetime of the result.
-    unsafe fn new(
-        colours: &'a Colouring,
-        places: &'a [u32],
-        (own, values): (&'a SharedSlice<'a, T>, &'a SharedSlice<'a, V>),
-        visit: &'a F,
-    ) -> Self {
-        Self {
-            colours,
-            places,
-            own,
-            values,
-            visit,
-        }
-    }
-}
-
-impl<T, V, F, const N: usize> WithSimd for ColourTask<'_, T, V, F, N>
-where
-    F: Visit<T, V, N>,
-{
-    type Output = [f64; N];
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> [f64; N] {
-        let mut all = [0.0; N];
-        for &place in self.places {
-            let place = place as usize;
-            let nodes = self.colours.nodes(place);
-            // SAFETY: the caller of `new` guarantees it.
-            let (own, values) =
-                unsafe { (self.own.get_mut(place), NodeValues::new(self.values, nodes)) };
-            all = F::together(all, self.visit.visit(simd, place, own, values));
-        }
-        all
-    }
-}
-
-/// Returns the larger number; NaN stays.
-#[inline(always)]
-pub(super) fn larger(one: f64, other: f64) -> f64 {
-    if one >= other || one.is_nan() {
-        one
-    } else {
-        other
-    }
-}
-
-/// Values of a point's nodes.
-pub(super) struct NodeValues<'a, V> {
-    values: SharedSlice<'a, V>,
-    nodes: &'a [u32],
-}
-
-impl<'a, V> NodeValues<'a, V> {
-    /// # Safety
-    ///
-    /// The nodes are in range, and nothing else uses their values during the lifetime of the
-    /// result.
-    unsafe fn new(values: &SharedSlice<'a, V>, nodes: &'a [u32]) -> Self {
-        Self {
-            values: SharedSlice { ..*values },
-            nodes,
-        }
-    }
-
-    /// Changes the value of each node in turn, with its entry of `of_each`.
-    #[inline(always)]
-    pub(super) fn change<T>(&mut self, of_each: &[T], mut change: impl FnMut(&mut V, &T)) {
-        for (&node, own) in self.nodes.iter().zip(of_each) {
-            // SAFETY: the caller of `new` guarantees it; all of `self` is borrowed, and one
-            // value at a time.
-            change(unsafe { self.values.get_mut(node as usize) }, own);
-        }
-    }
-}
-
-impl<V: SimdBlock> SimdBlocks<V> for NodeValues<'_, V> {
-    #[inline(always)]
-    fn simd_block(&mut self, number: usize) -> &mut V {
-        // SAFETY: the caller of `new` guarantees it; all of `self` is borrowed.
-        unsafe { self.values.get_mut(self.nodes[number] as usize) }
-    }
-
-    #[inline(always)]
-    fn change<T>(&mut self, of_each: &[T], change: impl FnMut(&mut V, &T)) {
-        NodeValues::change(self, of_each, change);
-    }
-}
-
-impl<V: SimdBlock> NodeValues<'_, V> {
-    /// Returns `N` numbers of the point's nodes. The first is at `lane` of the node with index
-    /// `number`; each other one is `stride` further, where the numbers of the next nodes
-    /// follow.
-    #[inline(always)]
-    pub(super) fn numbers<const N: usize>(
-        &self,
-        (number, lane): (usize, usize),
-        stride: usize,
-    ) -> [f64; N] {
-        const { assert!(size_of::<V>() == V::WIDTH * size_of::<f64>()) };
-        const { assert!(align_of::<V>() >= align_of::<f64>()) };
-        let node = self.nodes[number];
-        let mut are_beside = true;
-        for n in 0..N {
-            let beyond = (lane + n * stride) / V::WIDTH;
-            are_beside &= self.nodes[number + beyond] == node + beyond as u32;
-        }
-        assert!(are_beside);
-        // SAFETY: the caller of `new` guarantees the values of these nodes, which lie side by
-        // side. The reads end before `pack` or `change` lends a value.
-        std::array::from_fn(|n| unsafe {
-            let first = self.values.first.add(node as usize).cast::<f64>();
-            *first.add(lane + n * stride)
-        })
-    }
-}
-
-/// A slice that several threads change.
-struct SharedSlice<'a, T> {
-    first: *mut T,
-    slice: PhantomData<&'a mut [T]>,
-}
-
-// SAFETY: it gives out what a mutable slice would, each position to one thread at a time, as
-// `get_mut` requires.
-unsafe impl<T: Send> Sync for SharedSlice<'_, T> {}
-
-impl<'a, T> SharedSlice<'a, T> {
-    fn new(slice: &'a mut [T]) -> Self {
-        Self {
-            first: slice.as_mut_ptr(),
-            slice: PhantomData,
-        }
-    }
-
-    /// # Safety
-    ///
-    /// `place` is within the slice, and nothing else uses that element during the lifetime of
-    /// the result.
-    #[inline]
-    #[allow(clippy::mut_from_ref, reason = "as of a cell")]
-    unsafe fn get_mut(&self, place: usize) -> &mut T {
-        // SAFETY: the caller guarantees it.
-        unsafe { &mut *self.first.add(place) }
-    }
-}
-
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use proptest::prelude::*;
 
     /// Generates lists of nodes of points.
-    fn lists() -> impl Strategy<Value = Vec<Vec<u32>>> {
+    pub(in crate::contact::solver) fn lists() -> impl Strategy<Value = Vec<Vec<u32>>> {
         prop::collection::vec(prop::collection::vec(0..50_u32, 0..6), 0..300)
     }
 
-    fn colours(lists: &[Vec<u32>], task: usize) -> Colouring {
+    pub(in crate::contact::solver) fn colours(lists: &[Vec<u32>], task: usize) -> Colouring {
         let mut nodes_of = NodesOf::default();
         for list in lists {
             nodes_of.push(|all| all.extend(list));
@@ -460,26 +216,6 @@ mod tests {
         colours.arrange_in_tasks(100, &nodes_of, task + 1);
         colours.arrange_in_tasks(100, &nodes_of, task);
         colours
-    }
-
-    struct Mix;
-
-    impl Visit<f64, f64, 1> for Mix {
-        fn visit<S: Simd>(
-            &self,
-            _: S,
-            _: usize,
-            own: &mut f64,
-            mut values: NodeValues<f64>,
-        ) -> [f64; 1] {
-            values.change(values.nodes, |value, _| *own += *value / 3.0);
-            values.change(values.nodes, |value, _| *value += own.cos());
-            [*own]
-        }
-
-        fn together(one: [f64; 1], other: [f64; 1]) -> [f64; 1] {
-            [one[0] + other[0]]
-        }
     }
 
     proptest! {
@@ -504,47 +240,6 @@ mod tests {
                         }
                     }
                 }
-            }
-        }
-
-        /// Compares with a plain loop over the active positions. Sums depend on the order.
-        #[test]
-        fn a_pass_gives_the_same_bits_on_any_number_of_threads(
-            lists in lists(),
-            sleep in prop::collection::vec(1..9_usize, 0..4),
-        ) {
-            let mut colours = colours(&lists, 2);
-            let mut awake: Vec<usize> = (0..lists.len()).collect();
-            for of in sleep {
-                colours.deactivate(|place, _| place % of > 0);
-                awake.retain(|place| place % of > 0);
-            }
-            prop_assert!(colours.active().iter().map(|&place| place as usize).eq(awake.clone()));
-            let start = || {
-                let own: Vec<f64> = (0..lists.len()).map(|i| (i as f64).sin()).collect();
-                (own, vec![1.0; 100])
-            };
-            let (mut own, mut values) = start();
-            let (mut sum, mut size) = (0.0, 0.0);
-            for place in awake {
-                let own = &mut own[place];
-                let nodes = || colours.nodes(place).iter().map(|&node| node as usize);
-                nodes().for_each(|node| *own += values[node] / 3.0);
-                nodes().for_each(|node| values[node] += own.cos());
-                sum += *own;
-                size += own.abs();
-            }
-            let mut told = None;
-            for threads in [1, 2, 3] {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-                let (mut found, mut changed) = start();
-                let [of_all] = pool
-                    .expect("a pool")
-                    .install(|| colours.pass(&mut found, &mut changed, &Mix));
-                prop_assert!((&found, &changed) == (&own, &values));
-                prop_assert_eq!(*told.get_or_insert(of_all), of_all);
-                // Round-off of this many additions.
-                prop_assert!((of_all - sum).abs() <= lists.len() as f64 * f64::EPSILON * size);
             }
         }
     }

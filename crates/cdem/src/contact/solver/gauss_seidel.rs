@@ -21,18 +21,18 @@
 //! A solve ends at its residual, or after [`MAX_SWEEPS`] sweeps and CG steps.
 
 use crate::contact::constraint::contact_constraint::Constraint;
+use crate::contact::solver::Precision;
 use crate::contact::solver::simd_block::SimdBlock;
 use crate::contact::solver::system::{ContactSystem, SweepResult};
 use crate::contact::tolerances::{
     CG_STEPS, CG_TRIES, CG_WORTH, CONVERGED_FRACTION, FEW_CONTACTS, LAST_SWEEPS,
-    LONGEST_CG_DOUBLING, MAX_SWEEPS, PROXIMAL_WEIGHT, RESIDUAL, SOLVE_ROUND_OFF, STALL_RATIO,
-    STALL_SWEEPS,
+    LONGEST_CG_DOUBLING, MAX_SWEEPS, PROXIMAL_WEIGHT, SOLVE_ROUND_OFF, STALL_RATIO, STALL_SWEEPS,
 };
 use crate::math::vector::sub;
 
 impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
-    /// Finds the impulses of the loaded constraints and adds them to the velocities. Stops at a
-    /// residual of `done`; a change below `least`, m/s, counts as none. Returns the residual:
+    /// Finds the impulses of the loaded constraints and adds them to the velocities. Returns the
+    /// residual:
     /// the largest change of a relative velocity in the last sweep, or the largest error that
     /// the proximal term leaves, over the largest relative velocity that a normal impulse
     /// makes.
@@ -40,10 +40,10 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         &mut self,
         constraints: &mut [Constraint<D>],
         velocity: &mut [[f64; D]],
-        (done, least): (f64, f64),
+        precision: Precision,
     ) -> f64 {
         self.begin(constraints, |node| velocity[node as usize]);
-        let residual = self.iterate(done, least);
+        let residual = self.iterate(precision);
         self.end();
         for (node, solved) in self.velocities() {
             velocity[node as usize] = solved;
@@ -58,19 +58,19 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     pub(crate) fn solve_from_rest(
         &mut self,
         constraints: &[Constraint<D>],
-        least: f64,
+        precision: Precision,
     ) -> Vec<(u32, [f64; D])> {
         self.begin(constraints, |_| [0.0; D]);
-        self.iterate(RESIDUAL, least);
+        self.iterate(precision);
         self.end();
         self.velocities().collect()
     }
 
     /// Finds the impulses. Returns the residual.
-    fn iterate(&mut self, done: f64, least: f64) -> f64 {
+    fn iterate(&mut self, precision: Precision) -> f64 {
         let mut progress = SolveProgress {
-            done,
-            least: least.max(SOLVE_ROUND_OFF * self.fastest()),
+            done: precision.residual,
+            least: precision.velocity.max(SOLVE_ROUND_OFF * self.fastest()),
             ..SolveProgress::default()
         };
         self.activate_all();

@@ -71,7 +71,8 @@ impl<const D: usize, P: SimdBlock> InverseMassColumns<D, P> {
     /// its touched nodes. `touched` is their range among all touched nodes.
     pub(super) fn move_others(
         &self,
-        (touched, impulses): (Range<usize>, &[[f64; D]]),
+        touched: Range<usize>,
+        impulses: &[[f64; D]],
         others: &mut [[f64; D]],
     ) {
         for (starts, impulse) in self.starts[touched.clone()].iter().zip(&impulses[touched]) {
@@ -101,23 +102,23 @@ pub(super) struct ColumnTerm<const D: usize> {
 }
 
 impl<const D: usize> ColumnTerm<D> {
-    /// Creates the term of a node whose block has these SIMD blocks from `slot` on.
+    /// Creates the term of a node whose block has these SIMD blocks of the contact.
     pub(super) fn new<P: SimdBlock>(
         columns: &InverseMassColumns<D, P>,
         node: usize,
-        (slot, simd_blocks): (usize, usize),
+        simd_blocks: Range<usize>,
     ) -> Self {
         Self {
             node: node as u32,
-            slot: slot as u32,
-            count: (simd_blocks / D) as u32,
+            slot: simd_blocks.start as u32,
+            count: (simd_blocks.len() / D) as u32,
             columns: columns.starts[node].map(|start| start.simd_blocks),
             share: 1.0,
         }
     }
 
     /// True if another node of the contact belongs to the same block.
-    fn moves(&self, other: &Self) -> bool {
+    pub(super) fn moves(&self, other: &Self) -> bool {
         self.slot == other.slot
     }
 
@@ -153,26 +154,21 @@ impl<const D: usize> ColumnTerm<D> {
         }
     }
 
-    /// Adds to the rows of the contact the relative velocity that an impulse on the node makes
-    /// through another node of the contact, 1/kg.
+    /// Returns the velocity that an impulse on the node makes at a node of the same block, m/s:
+    /// the part of each component of the impulse.
     #[inline(always)]
-    pub(super) fn add_to_rows<P: SimdBlock>(
+    pub(super) fn velocity_at<P: SimdBlock>(
         &self,
         columns: &InverseMassColumns<D, P>,
         on_node: &[f64; D],
-        (term, other): (&JacobianTerm<D>, &Self),
-        rows: &mut [f64; 4],
-    ) {
-        if !self.moves(other) {
-            return;
-        }
-        let simd_block = (term.slot - other.slot) as usize / D;
+        other: &JacobianTerm<D>,
+    ) -> [f64; D] {
+        let simd_block = (other.slot - self.slot) as usize / D;
+        let mut velocity = [0.0; D];
         for c in 0..D {
             let entries = &columns.simd_blocks[self.columns[c] as usize + simd_block];
-            let velocity = entries.numbers()[term.lane as usize] * on_node[c];
-            for r in 0..4 {
-                rows[r] += velocity * term.columns[c][r];
-            }
+            velocity[c] = entries.numbers()[other.lane as usize] * on_node[c];
         }
+        velocity
     }
 }

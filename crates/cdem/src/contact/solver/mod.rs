@@ -1,14 +1,17 @@
 //! Solver of an island. The type of its SIMD blocks depends on how mass matrices couple nodes.
 
 pub(crate) mod active_set_cg;
+pub(crate) mod coloured_pass;
 pub(crate) mod colouring;
 pub(crate) mod contact_rows;
 pub(crate) mod dof_map;
 pub(crate) mod gauss_seidel;
 pub(crate) mod inverse_mass_columns;
 pub(crate) mod nonlinear_cg;
+pub(crate) mod row_assembly;
 pub(crate) mod simd_block;
 pub(crate) mod system;
+pub(crate) mod system_visits;
 #[cfg(test)]
 mod tests;
 
@@ -27,6 +30,15 @@ pub(crate) enum Solver<const D: usize> {
     Blocks(ContactSystem<D, CoupledBlock<false>>),
     /// A mass matrix couples more than [`SMALL_BLOCK_NODES`] nodes.
     LargeBlocks(ContactSystem<D, CoupledBlock<true>>),
+}
+
+/// Changes of relative velocities at which a solve ends.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Precision {
+    /// Residual to reach.
+    pub(crate) residual: f64,
+    /// Change of a relative velocity that counts as none, m/s.
+    pub(crate) velocity: f64,
 }
 
 /// Evaluates an expression for the system of a solver, for each type of SIMD block.
@@ -91,7 +103,7 @@ impl<const D: usize> Solver<D> {
         &mut self,
         constraints: &mut [Constraint<D>],
         velocity: &mut [[f64; D]],
-        precision: (f64, f64),
+        precision: Precision,
     ) -> f64 {
         with!(self, system => system.solve(constraints, velocity, precision))
     }
@@ -100,9 +112,9 @@ impl<const D: usize> Solver<D> {
     pub(crate) fn solve_from_rest(
         &mut self,
         constraints: &[Constraint<D>],
-        least: f64,
+        precision: Precision,
     ) -> Vec<(u32, [f64; D])> {
-        with!(self, system => system.solve_from_rest(constraints, least))
+        with!(self, system => system.solve_from_rest(constraints, precision))
     }
 
     /// Returns the nodes that may move, and all that mass matrices couple to them, sorted.

@@ -80,7 +80,8 @@ impl<P: SimdBlock> NonlinearCg<P> {
     pub(super) fn leave<const D: usize>(
         &mut self,
         simd_blocks: &[u32],
-        (terms, point): (&ConstraintRows<D, P>, &ContactRows<D>),
+        terms: &ConstraintRows<D, P>,
+        point: &ContactRows<D>,
     ) {
         let back = scale(-1.0, &point.direction);
         Arch::new().dispatch(ApplyImpulses {
@@ -109,7 +110,7 @@ impl<P: SimdBlock> NonlinearCg<P> {
 
     /// Takes the step that each impulse still has to take, and sets it to 0.
     pub(super) fn take_ratio(&mut self) -> f64 {
-        std::mem::take(&mut self.ratio)
+        std::mem::replace(&mut self.ratio, 0.0)
     }
 }
 

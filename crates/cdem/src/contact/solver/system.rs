@@ -4,19 +4,20 @@
 //! only when their nodes change. Prescribed nodes do not take part: their velocities go into
 //! the targets.
 
-use pulp::{Scalar, Simd};
+use pulp::Scalar;
 
 use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds};
 use crate::contact::solver::active_set_cg::ActiveSetCg;
-use crate::contact::solver::colouring::{Colouring, NodeValues, NodesOf, Visit, larger};
-use crate::contact::solver::contact_rows::{
-    ConstraintRows, ContactRows, JacobianTerm, ProximalWeight, RowAssembly, nodes_of,
-};
+use crate::contact::solver::colouring::{Colouring, NodesOf};
+use crate::contact::solver::contact_rows::{ConstraintRows, ContactRows, ProximalWeight, nodes_of};
 use crate::contact::solver::dof_map::{DofMap, DofSlot};
 use crate::contact::solver::gauss_seidel::SearchDirections;
-use crate::contact::solver::inverse_mass_columns::ColumnTerm;
 use crate::contact::solver::nonlinear_cg::NonlinearCg;
+use crate::contact::solver::row_assembly::RowAssembly;
 use crate::contact::solver::simd_block::{BlockList, SimdBlock};
+use crate::contact::solver::system_visits::{
+    ApplyImpulse, RelativeVelocityVisit, ResponseVisit, SweepVisit,
+};
 use crate::math::vector::{add_scaled, dot, norm, sub};
 use crate::model::inverse_mass::KickMobility;
 
@@ -125,24 +126,17 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             self.packs_of.push(add);
         }
         self.colours.arrange(seating.simd_blocks(), &self.packs_of);
-        let packs_of = std::mem::take(&mut self.packs_of);
-        self.arrange(constraints, &packs_of, mobility);
-        self.packs_of = packs_of;
+        self.arrange(constraints, mobility);
     }
 
     /// Creates the rows of the contacts, in their order.
-    fn arrange(
-        &mut self,
-        constraints: &[Constraint<D>],
-        packs_of: &NodesOf,
-        mobility: KickMobility<D>,
-    ) {
+    fn arrange(&mut self, constraints: &[Constraint<D>], mobility: KickMobility<D>) {
         self.points.clear();
         self.held.clear();
         self.terms.clear();
         for place in 0..constraints.len() {
             let number = self.colours.order()[place];
-            let list = packs_of.of(number as usize);
+            let list = self.packs_of.of(number as usize);
             let start = [self.terms.jacobian_terms.len(), self.terms.responses.len()];
             for (k, node, held) in nodes_of(&constraints[number as usize].jacobian, mobility) {
                 if held {
@@ -152,7 +146,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
                         node,
                     });
                 } else {
-                    self.add_node(node, list);
+                    self.terms.add_node(&self.seating, node, list);
                 }
             }
             if !P::BY_COLUMNS {
@@ -175,26 +169,6 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
                 change: 0.0,
                 direction: [0.0; D],
             });
-        }
-    }
-
-    /// Adds a node to a contact that moves the SIMD blocks of this list.
-    fn add_node(&mut self, node: u32, list: &[u32]) {
-        let (place, seat, simd_blocks) = self.seating.find(node);
-        let first = seat.number(0);
-        let slot = list
-            .iter()
-            .position(|&simd_block| simd_block == simd_blocks.start);
-        let slot = slot.expect("a list of all packs");
-        self.terms.jacobian_terms.push(JacobianTerm {
-            slot: (slot + first / P::WIDTH - simd_blocks.start as usize) as u32,
-            lane: (first % P::WIDTH) as u32,
-            stride: seat.stride,
-            columns: [[0.0; 4]; D],
-        });
-        if P::BY_COLUMNS {
-            let lever = ColumnTerm::new(&self.terms.columns, place, (slot, simd_blocks.len()));
-            self.terms.column_terms.push(lever);
         }
     }
 
@@ -251,8 +225,8 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         }
         for group in self.seating.groups() {
             let others = &mut self.others[group.others.clone()];
-            let impulses = (group.seats.clone(), &*self.on_nodes);
-            self.terms.columns.move_others(impulses, others);
+            let columns = &self.terms.columns;
+            columns.move_others(group.seats.clone(), &self.on_nodes, others);
         }
     }
 
@@ -327,7 +301,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             let point = &points[place];
             let stays = point.change >= least * least;
             if !stays && (point.direction, point.step) != ([0.0; D], [0.0; D]) {
-                heading.leave(simd_blocks, (terms, point));
+                heading.leave(simd_blocks, terms, point);
             }
             stays
         });
@@ -441,120 +415,4 @@ pub(super) struct SweepResult {
     pub(super) scale: f64,
     /// Square of the change, J.
     pub(super) square: f64,
-}
-
-/// Gauss–Seidel visit of a contact, after the velocities have moved by `ratio` along the
-/// directions.
-struct SweepVisit<'a, const D: usize, P> {
-    terms: &'a ConstraintRows<D, P>,
-    ratio: f64,
-    proximal_weight: ProximalWeight,
-}
-
-impl<const D: usize, P: SimdBlock> Visit<ContactRows<D>, P, 3> for SweepVisit<'_, D, P> {
-    #[inline(always)]
-    fn visit<S: Simd>(
-        &self,
-        simd: S,
-        _: usize,
-        point: &mut ContactRows<D>,
-        mut velocity: NodeValues<P>,
-    ) -> [f64; 3] {
-        let relative = self.terms.relative(point, &velocity);
-        let old = point.advance(self.ratio);
-        let (impulse, change) = point.local_solve(&old, &relative, self.proximal_weight);
-        let mut step = [0.0; D];
-        // Number by number: a read of a part waits for the write of the whole.
-        for r in 0..D {
-            step[r] = impulse[r] - old[r];
-            (point.impulse[r], point.step[r]) = (impulse[r], step[r]);
-        }
-        // An open contact may carry an impulse at any time, so it stays active.
-        let is_open = impulse[0] <= -point.limit.tension;
-        point.change = if is_open { f64::INFINITY } else { change };
-        if step != [0.0; D] {
-            self.terms.push(simd, point, &step, &mut velocity);
-        }
-        let normal = impulse[0].abs().max(point.borne[0].abs());
-        [change, normal * point.compliance[0], point.square(&step)]
-    }
-
-    #[inline(always)]
-    fn together(one: [f64; 3], other: [f64; 3]) -> [f64; 3] {
-        [
-            larger(one[0], other[0]),
-            larger(one[1], other[1]),
-            one[2] + other[2],
-        ]
-    }
-}
-
-/// Visit that adds the response to an impulse.
-struct ApplyImpulse<'a, const D: usize, P, F> {
-    terms: &'a ConstraintRows<D, P>,
-    impulse: F,
-}
-
-impl<const D: usize, P: SimdBlock, F> Visit<ContactRows<D>, P, 0> for ApplyImpulse<'_, D, P, F>
-where
-    F: Fn(usize, &mut ContactRows<D>) -> [f64; D] + Sync,
-{
-    #[inline(always)]
-    fn visit<S: Simd>(
-        &self,
-        simd: S,
-        place: usize,
-        point: &mut ContactRows<D>,
-        mut velocity: NodeValues<P>,
-    ) -> [f64; 0] {
-        let impulse = (self.impulse)(place, point);
-        self.terms.push(simd, point, &impulse, &mut velocity);
-        []
-    }
-}
-
-/// Visit that computes a relative velocity.
-struct RelativeVelocityVisit<'a, const D: usize, P> {
-    terms: &'a ConstraintRows<D, P>,
-    points: &'a [ContactRows<D>],
-}
-
-impl<const D: usize, P: SimdBlock> Visit<[f64; D], P, 0> for RelativeVelocityVisit<'_, D, P> {
-    #[inline(always)]
-    fn visit<S: Simd>(
-        &self,
-        _: S,
-        place: usize,
-        own: &mut [f64; D],
-        velocity: NodeValues<P>,
-    ) -> [f64; 0] {
-        *own = self.terms.relative(&self.points[place], &velocity);
-        []
-    }
-}
-
-/// Visit that adds the response to an impulse computed from a value of the contact.
-struct ResponseVisit<'a, const D: usize, P, F> {
-    terms: &'a ConstraintRows<D, P>,
-    points: &'a [ContactRows<D>],
-    direct: F,
-}
-
-impl<const D: usize, P: SimdBlock, T, F> Visit<T, P, 1> for ResponseVisit<'_, D, P, F>
-where
-    F: Fn(usize, &mut T) -> ([f64; D], f64) + Sync,
-{
-    #[inline(always)]
-    fn visit<S: Simd>(
-        &self,
-        simd: S,
-        place: usize,
-        own: &mut T,
-        mut velocity: NodeValues<P>,
-    ) -> [f64; 1] {
-        let (impulse, size) = (self.direct)(place, own);
-        let point = &self.points[place];
-        self.terms.push(simd, point, &impulse, &mut velocity);
-        [size]
-    }
 }

@@ -1,10 +1,16 @@
 //! Tests of the solver on handmade islands.
 
 use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds, shear_norm};
-use crate::contact::solver::Solver;
+use crate::contact::solver::{Precision, Solver};
 use crate::contact::surface::ContactJacobian;
 use crate::contact::tolerances::{FEW_CONTACTS, RESIDUAL};
 use crate::model::inverse_mass::{InverseMass, KickMobility};
+
+/// All changes of velocity count.
+const EXACT: Precision = Precision {
+    residual: RESIDUAL,
+    velocity: 0.0,
+};
 
 /// Returns the mobility of undamped blocks at an instant.
 fn mobility<'a, const D: usize>(
@@ -111,7 +117,7 @@ fn flush_faces_that_contradict_each_other_are_solved_to_the_end() {
         let before: f64 = velocity.iter().map(|v| v[1]).sum();
         let mut system = Solver::default();
         system.load(&constraints, mobility(&inertia, &block_of));
-        let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+        let residual = system.solve(&mut constraints, &mut velocity, EXACT);
         assert!(residual <= 1e-8, "{counts:?}: {residual:e}");
         assert_solved(&constraints, &velocity, 1e-6);
         let after: f64 = velocity.iter().map(|v| v[1]).sum();
@@ -146,7 +152,7 @@ fn velocities_are_what_impulses_make_of_them() {
     let mut velocity = start.clone();
     let mut system = Solver::default();
     system.load(&constraints, mobility(&inertia, &block_of));
-    let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+    let residual = system.solve(&mut constraints, &mut velocity, EXACT);
     assert!(residual <= RESIDUAL, "{residual:e}");
     for constraint in &constraints {
         let operator = &constraint.jacobian;
@@ -174,7 +180,7 @@ fn velocities_do_not_depend_on_the_impulses_a_solve_begins_with() {
         let mut velocity = closing(counts, 5);
         let mut system = Solver::default();
         system.load(&constraints, mobility(&inertia, &block_of));
-        system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+        system.solve(&mut constraints, &mut velocity, EXACT);
         velocity
     };
     let (cold, warm) = (solved(0.0), solved(0.3));
@@ -190,12 +196,12 @@ fn storage_that_has_been_used_gives_the_same_bits_as_new() {
     let mut used = Solver::default();
     let mut other = flush_faces([9, 8], 0.2);
     used.load(&other, mobility(&inertia, &block_of));
-    used.solve(&mut other, &mut closing([9, 8], 1), (RESIDUAL, 0.0));
+    used.solve(&mut other, &mut closing([9, 8], 1), EXACT);
     let mut results = [used, Solver::default()].map(|mut system| {
         let mut constraints = flush_faces([12, 9], 0.4);
         let mut velocity = closing([12, 9], 2);
         system.load(&constraints, mobility(&inertia, &block_of));
-        system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+        system.solve(&mut constraints, &mut velocity, EXACT);
         let impulses = constraints.iter().map(|constraint| constraint.impulse);
         (velocity, impulses.collect::<Vec<_>>())
     });
@@ -221,7 +227,7 @@ fn a_long_row_of_rigid_masses_is_stopped_as_one() {
     velocity.push([0.0; 2]);
     let mut system = Solver::default();
     system.load(&constraints, mobility(&inertia, &block_of));
-    let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+    let residual = system.solve(&mut constraints, &mut velocity, EXACT);
     assert!(residual <= 1e-8, "{residual:e}");
     assert_solved(&constraints, &velocity, 1e-5);
 }
@@ -233,7 +239,7 @@ fn shear_in_space_is_cut_back_along_its_own_direction() {
     let mut velocity = vec![[3.0, -4.0, -1.0], [0.0; 3]];
     let mut system = Solver::default();
     system.load(&constraints, mobility(&inertia, &[0, 0]));
-    system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+    system.solve(&mut constraints, &mut velocity, EXACT);
     let impulse = constraints[0].impulse;
     assert!((impulse[0] - 2.0).abs() < 1e-12 && (shear_norm(&impulse) - 1.0).abs() < 1e-12);
     // From 5 m/s, by μ times the normal impulse over the mass.
@@ -308,7 +314,7 @@ fn nodes_get_what_contacts_bear<const D: usize>(shape: [usize; 3]) {
         let solved = |system: &mut Solver<D>, from: &[[f64; D]]| {
             let (mut constraints, mut velocity) = (constraints.clone(), from.to_vec());
             system.load(&constraints, mobility);
-            system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+            system.solve(&mut constraints, &mut velocity, EXACT);
             (constraints, velocity)
         };
         let (borne, velocity) = solved(&mut used, &start);
@@ -334,11 +340,11 @@ fn nodes_get_what_contacts_bear<const D: usize>(shape: [usize; 3]) {
         }
         used.load(&asked, mobility);
         let mut moved = vec![[0.0; D]; nodes];
-        for (node, velocity) in used.solve_from_rest(&asked, 0.0) {
+        for (node, velocity) in used.solve_from_rest(&asked, EXACT) {
             moved[node as usize] = velocity;
         }
         let mut velocity = vec![[0.0; D]; nodes];
-        used.solve(&mut asked, &mut velocity, (RESIDUAL, 0.0));
+        used.solve(&mut asked, &mut velocity, EXACT);
         assert_eq!(moved, velocity);
     }
 }
@@ -372,7 +378,7 @@ fn what_is_held_may_change_between_solves() {
         let mut constraints = vec![contact(&[(0, 0.5), (1, 0.5), (4, -1.0)], 0.5)];
         let mut velocity = vec![[0.1, -1.0], [0.0, -1.0], [0.2, 0.3], [0.0, 0.5], [0.0, 0.4]];
         system.load(&constraints, mobility(inertia, &block_of));
-        system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+        system.solve(&mut constraints, &mut velocity, EXACT);
         (constraints[0].impulse, velocity)
     };
     let mut kept = Solver::default();
@@ -402,7 +408,7 @@ fn contacts_that_contradict_each_other_stay_near_the_impulses_they_had() {
         let mut velocity = vec![[0.0, -1.0], [0.0, 1.0]];
         let mut system = Solver::default();
         system.load(&constraints, mobility(&inertia, &[0, 0]));
-        let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+        let residual = system.solve(&mut constraints, &mut velocity, EXACT);
         // Error of either contact, over the velocity that its impulse makes. The last sweeps
         // come within a hundredth of the solution.
         let largest = constraints
@@ -440,6 +446,6 @@ fn a_velocity_that_is_no_number_is_no_solution() {
     let mut velocity = vec![[0.0, f64::NAN], [0.0, 1.0]];
     let mut system = Solver::default();
     system.load(&constraints, mobility(&inertia, &[0, 0]));
-    let residual = system.solve(&mut constraints, &mut velocity, (RESIDUAL, 0.0));
+    let residual = system.solve(&mut constraints, &mut velocity, EXACT);
     assert_eq!(residual, f64::INFINITY);
 }

@@ -4,6 +4,21 @@ use crate::contact::surface::Configuration;
 use crate::contact::surface::geometry_cache::GeometryCache;
 use crate::model::kinematics::NodalMotion;
 
+/// Positions and constant velocities of the nodes in a drift.
+#[derive(Clone, Copy)]
+pub(crate) struct ConstantMotion<'a, const D: usize> {
+    pub(crate) at: Configuration<'a, D>,
+    /// Velocities, m/s.
+    pub(crate) velocity: &'a [[f64; D]],
+}
+
+impl<'a, const D: usize> ConstantMotion<'a, D> {
+    /// Returns the configuration after `time` seconds, without a cache.
+    pub(crate) fn after(&self, time: f64) -> Configuration<'a, D> {
+        self.at.after(self.velocity, time)
+    }
+}
+
 /// Positions and velocities of the nodes between a kick and the drift after it.
 pub(crate) struct KickedView<'a, const D: usize> {
     /// Current positions.

@@ -16,11 +16,15 @@ pub(crate) mod kicked;
 pub(crate) mod material_point;
 #[cfg(test)]
 mod material_point_tests;
+mod sharp_edges;
+#[cfg(test)]
+mod trait_tests;
 pub(crate) mod traits;
 pub(crate) mod triangulation;
 
 pub(crate) use crate::contact::surface::configuration::Configuration;
 pub(crate) use crate::contact::surface::jacobian::ContactJacobian;
+pub(crate) use crate::contact::surface::kicked::ConstantMotion;
 pub(crate) use crate::contact::surface::material_point::{FeatureKind, MaterialPoint};
 pub(crate) use crate::contact::surface::traits::{
     ContactGeometry, Distance, Surface, TimeOfImpact, Topology,
@@ -41,17 +45,26 @@ pub(crate) fn beyond_reentrant(turn: f64, depth: f64) -> f64 {
     }
 }
 
+/// Relative motion and penetration up to which a pair is tested.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CullingRange {
+    /// Largest relative motion of the features, m.
+    pub(crate) reach: f64,
+    /// Largest penetration, m.
+    pub(crate) tolerance: f64,
+}
+
 /// Result of the test if two features may touch within some motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum CullingResult {
     /// They may touch.
     Near,
     /// They are too far from each other, at least by a little.
-    Apart,
+    Far,
     /// Their orientation rules out contact as long as the motion bound and
     /// [`CULLING_RATE`](crate::contact::tolerances::CULLING_RATE) times the travels of the nodes of
     /// both blocks since the test add up to less than this length, m.
-    Lacks(f64),
+    ExcludedUntil(f64),
 }
 
 /// A main feature against a target feature: in 2-D a vertex and an edge.
@@ -75,6 +88,15 @@ pub(crate) struct Projection {
     pub(crate) foot: [f64; 2],
     /// Distance of the foot point outside the target feature, m; ≤ 0 within it.
     pub(crate) outside: f64,
+}
+
+/// Place and side at which a Jacobian is assembled.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JacobianAnchor<'a, const D: usize> {
+    /// Parameters of the point of the target.
+    pub(crate) foot: &'a [f64; 2],
+    /// Direction on the side of the normal; `None` for the side that the surface gives.
+    pub(crate) along: Option<&'a [f64; D]>,
 }
 
 /// Gaps and penetrations that count as closed contact.

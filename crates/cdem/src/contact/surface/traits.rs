@@ -7,8 +7,11 @@ use crate::contact::surface::configuration::Configuration;
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::geometry_cache::GeometryCache;
 use crate::contact::surface::jacobian::ContactJacobian;
+use crate::contact::surface::kicked::ConstantMotion;
 use crate::contact::surface::material_point::MaterialPoint;
-use crate::contact::surface::{CullingResult, GapAllowance, Pair, Pairs, Projection};
+use crate::contact::surface::{
+    CullingRange, CullingResult, GapAllowance, JacobianAnchor, Pair, Pairs, Projection,
+};
 
 /// Features of the boundaries of all blocks, by number.
 pub(crate) trait Topology<const D: usize>: Send + Sync {
@@ -55,16 +58,17 @@ pub(crate) trait Distance<const D: usize>: Topology<D> {
         let main = self.main_box(pair.main, at, 0.0);
         main.apart(&self.target_box(pair.target, at, 0.0))
     }
-    /// Returns the result of the test if a relative motion of `reach`, m, may make the features
-    /// touch, with penetrations up to `tolerance`, m. The caller tests only features with a [lower
-    /// bound](Self::distance_lower_bound) of at most 1.5 times the sum of both.
-    fn cull(&self, pair: Pair, at: Configuration<D>, reach: f64, tolerance: f64) -> CullingResult {
+    /// Returns the result of the test if the features may touch within a range. The caller tests
+    /// only features with a [lower bound](Self::distance_lower_bound) of at most 1.5 times the sum
+    /// of its reach and tolerance.
+    fn cull(&self, pair: Pair, at: Configuration<D>, range: CullingRange) -> CullingResult {
+        let CullingRange { reach, tolerance } = range;
         let projection = self.project(pair, at);
         let depth = reach + tolerance;
         if projection.gap <= reach && projection.gap >= -depth && projection.outside <= reach {
             CullingResult::Near
         } else {
-            CullingResult::Apart
+            CullingResult::Far
         }
     }
     /// Returns true if a pair that touches at rest can press. Edges within a flat face cannot.
@@ -107,8 +111,7 @@ pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
     fn time_of_impact(
         &self,
         pair: Pair,
-        at: Configuration<D>,
-        velocity: &[[f64; D]],
+        motion: ConstantMotion<D>,
         duration: f64,
         depth: f64,
     ) -> Option<f64>;
@@ -128,8 +131,7 @@ pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
     fn stays_in_contact(
         &self,
         pair: Pair,
-        at: Configuration<D>,
-        velocity: &[[f64; D]],
+        motion: ConstantMotion<D>,
         duration: f64,
         slack: GapAllowance,
     ) -> bool;
@@ -153,21 +155,20 @@ pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
     ) -> Option<(Pair, bool)> {
         None
     }
-    /// Assembles the Jacobian of the pair in place, with the target point anchored at `foot`, and
-    /// the normal on the side of `along`, if given. In place, because Jacobians are large and stay
-    /// in the storage of the solver.
+    /// Assembles the Jacobian of the pair at an anchor in place, because Jacobians are large and
+    /// stay in the storage of the solver.
     fn assemble_jacobian(
         &self,
         jacobian: &mut ContactJacobian<D>,
         pair: Pair,
-        foot: &[f64; 2],
+        anchor: JacobianAnchor<D>,
         at: Configuration<D>,
-        along: Option<&[f64; D]>,
     );
     /// Returns a new Jacobian, with the normal that the surface gives.
     fn jacobian(&self, pair: Pair, foot: &[f64; 2], at: Configuration<D>) -> ContactJacobian<D> {
         let mut jacobian = ContactJacobian::default();
-        self.assemble_jacobian(&mut jacobian, pair, foot, at, None);
+        let anchor = JacobianAnchor { foot, along: None };
+        self.assemble_jacobian(&mut jacobian, pair, anchor, at);
         jacobian
     }
     /// Returns the material points of a pair with this `foot`, on the main and on the target.

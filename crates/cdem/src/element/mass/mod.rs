@@ -77,8 +77,8 @@ pub struct MassError {
 pub enum MassFault {
     /// Fitted masses would be too small or negative.
     #[error(
-        "fitted masses must leave each node more than {SMALLEST_FACTOR} of its lumped mass, but \
-         one would keep {factor:.3}; use four elements or more in each direction, or \
+        "a fitted mass must be more than {SMALLEST_FACTOR} of the lumped mass at each node, but \
+         at one node it is {factor:.3} of it; use four elements or more in each direction, or \
          mass = \"auto\" or \"consistent\""
     )]
     SmallFactor {
@@ -87,8 +87,8 @@ pub enum MassFault {
     },
     /// Too many nodes for a dense matrix.
     #[error(
-        "mass = \"consistent\" is a dense matrix, for at most {MAX_CONSISTENT_NODES} nodes, but \
-         the block has {nodes}; use \"auto\" or \"fitted\", a mesh that fine needs no matrix"
+        "mass = \"consistent\" is for at most {MAX_CONSISTENT_NODES} nodes, because its matrix is \
+         dense, but the block has {nodes}; use \"auto\" or \"fitted\", which suit so fine a mesh"
     )]
     TooManyNodes {
         /// Number of nodes of the block.

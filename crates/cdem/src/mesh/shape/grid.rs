@@ -66,7 +66,8 @@ impl<const D: usize> Lattice<D> {
             if !finite || max[i] <= min[i] {
                 let axis = ["x", "y", "z"][i];
                 let (low, high) = (short(min[i]), short(max[i]));
-                let problem = format!("{axis} of max, {high}, must be above that of min, {low}");
+                let problem =
+                    format!("{axis} of max must be larger than {axis} of min, {low}, got {high}");
                 return Err(fault("shape.box", problem));
             }
         }

@@ -122,8 +122,8 @@ fn check_sides(corners: &[[f64; 2]]) -> Result<(), BlockFault> {
         let [a, b, c] = [0, 1, 2].map(|i| corners[(k + i) % count]);
         if a == b {
             let problem = format!(
-                "side {} has no length: corner {} is given twice in a row \
-                 (the last corner is joined to the first by itself)",
+                "side {} has no length: corner {} stands twice in a row; leave out one (the last \
+                 side, from the last corner to the first, closes the polygon)",
                 k + 1,
                 coordinates(&a)
             );
@@ -143,7 +143,7 @@ fn check_sides(corners: &[[f64; 2]]) -> Result<(), BlockFault> {
             if touch(side(i), side(j)) {
                 let [i, j] = [i + 1, j + 1];
                 return wrong(format!(
-                    "sides {i} and {j} cross or touch; order the corners round it"
+                    "sides {i} and {j} cross or touch; list the corners in order around it"
                 ));
             }
         }
@@ -213,7 +213,7 @@ fn triangulate(corners: &[[f64; 2]], size: f64) -> Result<Triangles, BlockFault>
         }
     }
     let problem = "the polygon could not be meshed: corners or sides are much closer together \
-                   than size; choose a smaller size or a simpler outline";
+                   than size; choose a smaller size or fewer corners";
     Err(fault("shape.polygon", problem.into()))
 }
 
@@ -230,7 +230,7 @@ fn outline(corners: &[[f64; 2]], size: f64) -> Result<Delaunay, BlockFault> {
         for piece in 0..pieces as usize {
             let [x, y] = between(corner, next, piece as f64 / pieces);
             let vertex = delaunay.insert(Point2::new(x, y)).map_err(|error| {
-                fault("shape.polygon", format!("a corner cannot be used: {error}"))
+                fault("shape.polygon", format!("a corner is not usable: {error}"))
             })?;
             ring.push(vertex);
         }
@@ -238,7 +238,7 @@ fn outline(corners: &[[f64; 2]], size: f64) -> Result<Delaunay, BlockFault> {
     for (k, &from) in ring.iter().enumerate() {
         let to = ring[(k + 1) % ring.len()];
         if from == to || !delaunay.can_add_constraint(from, to) {
-            let problem = "sides come closer to each other than numbers can tell apart";
+            let problem = "two sides are closer together than floating-point numbers can resolve";
             return Err(fault("shape.polygon", problem.into()));
         }
         delaunay.add_constraint(from, to);

@@ -229,8 +229,8 @@ fn unused_nodes_are_left_out_and_counted() {
     assert_eq!(
         mesh.notes,
         [
-            "plan.msh: nodes that belong to no 2-D element are left out: 1, the first has the \
-             number 4"
+            "plan.msh: number of nodes that are left out because no 2-D element has them: 1; the \
+             first is node 4"
         ]
     );
 }

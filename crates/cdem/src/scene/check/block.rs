@@ -3,7 +3,7 @@
 use crate::math::format::short;
 use crate::scene::check::Check;
 use crate::scene::check::names::Sort;
-use crate::scene::check::value::{OneOf, POSITIVE};
+use crate::scene::check::value::{OneOf, OptionalKey, POSITIVE};
 use crate::scene::element_kind::ElementKind;
 use crate::scene::input::{self, Length, NumberOrVector, Quantity, QuantityOr};
 use crate::scene::{Block, Geometry, KeyPath, Problem, Rotation};
@@ -64,8 +64,9 @@ impl Check {
     }
 
     fn geometry(&mut self, at: &KeyPath, input: &input::BlockInput) -> Option<Geometry> {
-        let mesh = ("mesh", input.mesh.as_deref());
-        match self.one_of(at, mesh, ("shape", input.shape.as_ref()))? {
+        let mesh = OptionalKey::new("mesh", input.mesh.as_deref());
+        let shape = OptionalKey::new("shape", input.shape.as_ref());
+        match self.one_of(at, mesh, shape)? {
             OneOf::First(path) => {
                 self.only_with(
                     at,
@@ -122,8 +123,9 @@ impl Check {
         input: &input::ShapeInput,
         element: Option<ElementKind>,
     ) -> Option<Geometry> {
-        let cuboid = ("box", input.cuboid.as_ref());
-        match self.one_of(at, cuboid, ("polygon", input.polygon.as_ref()))? {
+        let cuboid = OptionalKey::new("box", input.cuboid.as_ref());
+        let polygon = OptionalKey::new("polygon", input.polygon.as_ref());
+        match self.one_of(at, cuboid, polygon)? {
             OneOf::First(cuboid) => {
                 self.only_with(
                     at,
@@ -258,14 +260,14 @@ impl Check {
             (Some(_), 2) => {
                 self.report(
                     path,
-                    "expected a number (about z), as dimension = 2, got an array",
+                    "expected a number (about z), because dimension = 2, got an array",
                 );
                 None
             }
             (Some(_), _) => {
                 self.report(
                     path,
-                    "expected a vector [x, y, z], as dimension = 3, got a number",
+                    "expected a vector [x, y, z], because dimension = 3, got a number",
                 );
                 None
             }
@@ -290,14 +292,14 @@ impl Check {
             (Some(_), 2) => {
                 self.report(
                     path.clone(),
-                    "expected an angle in degrees, as dimension = 2, got axis and angle",
+                    "expected an angle in degrees, because dimension = 2, got axis and angle",
                 );
                 None
             }
             (Some(_), _) => {
                 let problem = Problem::new(
                     path.clone(),
-                    "expected axis and angle, as dimension = 3, got an angle",
+                    "expected axis and angle, because dimension = 3, got an angle",
                 );
                 self.problems
                     .push(problem.help("for example: rotate = { axis = [0, 0, 1], angle = 30 }"));

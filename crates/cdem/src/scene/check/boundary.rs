@@ -2,7 +2,7 @@
 
 use crate::scene::check::Check;
 use crate::scene::check::names::Sort;
-use crate::scene::check::value::OneOf;
+use crate::scene::check::value::{OneOf, OptionalKey};
 use crate::scene::input::{self, Varying};
 use crate::scene::{
     Boundary, BoundaryTarget, Help, KeyPath, Load, LoadKind, Motion, Problem, Schedule,
@@ -27,8 +27,9 @@ impl Check {
     }
 
     fn target(&mut self, at: &KeyPath, input: &input::BoundaryInput) -> Option<BoundaryTarget> {
-        let group = ("group", input.group.as_deref());
-        match self.one_of(at, group, ("block", input.block.as_deref()))? {
+        let group = OptionalKey::new("group", input.group.as_deref());
+        let block = OptionalKey::new("block", input.block.as_deref());
+        match self.one_of(at, group, block)? {
             OneOf::First(group) => self
                 .not_empty(&at.key("group"), group)
                 .map(BoundaryTarget::Group),
@@ -48,8 +49,8 @@ impl Check {
     }
 
     fn motion(&mut self, at: &KeyPath, input: &input::BoundaryInput) -> Option<Motion> {
-        let velocity = ("velocity", input.velocity.as_ref());
-        let turn = ("angular_velocity", input.angular_velocity.as_ref());
+        let velocity = OptionalKey::new("velocity", input.velocity.as_ref());
+        let turn = OptionalKey::new("angular_velocity", input.angular_velocity.as_ref());
         match self.one_of(at, velocity, turn)? {
             OneOf::First(components) => {
                 self.only_with(at, "axis", input.axis.is_some(), "`angular_velocity`");
@@ -123,8 +124,9 @@ impl Check {
     }
 
     fn load_kind(&mut self, at: &KeyPath, input: &input::LoadInput) -> Option<LoadKind> {
-        let pressure = ("pressure", input.pressure.as_ref());
-        match self.one_of(at, pressure, ("traction", input.traction.as_ref()))? {
+        let pressure = OptionalKey::new("pressure", input.pressure.as_ref());
+        let traction = OptionalKey::new("traction", input.traction.as_ref());
+        match self.one_of(at, pressure, traction)? {
             OneOf::First(pressure) => {
                 let pressure = self.schedule(&at.key("pressure"), pressure);
                 pressure.map(LoadKind::Pressure)

@@ -4,18 +4,40 @@ use std::collections::BTreeSet;
 
 use crate::scene::check::Check;
 use crate::scene::check::names::Sort;
-use crate::scene::check::value::{NOT_NEGATIVE, POSITIVE};
+use crate::scene::check::value::{NOT_NEGATIVE, OptionalKey, POSITIVE};
 use crate::scene::input::{self, Duration, Quantity};
 use crate::scene::{Cadence, Field, KeyPath, Output, Probe};
 
+/// The two keys of a cadence, which exclude each other.
+struct CadenceKeys<'a> {
+    /// Number of intervals over the run.
+    count: OptionalKey<'a, u32>,
+    /// Simulated time between two outputs.
+    interval: OptionalKey<'a, Quantity<Duration>>,
+    /// Number of intervals if both keys are left out.
+    default: usize,
+}
+
 impl Check {
     pub(super) fn output(&mut self, at: &KeyPath, input: &input::OutputInput) -> Option<Output> {
-        let frames = ("frames", input.frames, 100);
-        let frames = self.cadence(at, frames, ("frame_interval", input.frame_interval));
-        let history = ("history", input.history, 1000);
-        let history = self.cadence(at, history, ("history_interval", input.history_interval));
-        let blocks = ("blocks", input.blocks, 1000);
-        let blocks = self.cadence(at, blocks, ("blocks_interval", input.blocks_interval));
+        let frames = CadenceKeys {
+            count: OptionalKey::new("frames", input.frames),
+            interval: OptionalKey::new("frame_interval", input.frame_interval),
+            default: 100,
+        };
+        let frames = self.cadence(at, frames);
+        let history = CadenceKeys {
+            count: OptionalKey::new("history", input.history),
+            interval: OptionalKey::new("history_interval", input.history_interval),
+            default: 1000,
+        };
+        let history = self.cadence(at, history);
+        let blocks = CadenceKeys {
+            count: OptionalKey::new("blocks", input.blocks),
+            interval: OptionalKey::new("blocks_interval", input.blocks_interval),
+            default: 1000,
+        };
+        let blocks = self.cadence(at, blocks);
         let block_list = match &input.block_list {
             None => Some(None),
             Some(list) => self.block_list(&at.key("block_list"), list).map(Some),
@@ -32,28 +54,28 @@ impl Check {
         })
     }
 
-    fn cadence(
-        &mut self,
-        at: &KeyPath,
-        (count_key, count, default): (&str, Option<u32>, usize),
-        (interval_key, interval): (&str, Option<Quantity<Duration>>),
-    ) -> Option<Cadence> {
-        match (count, interval) {
+    fn cadence(&mut self, at: &KeyPath, keys: CadenceKeys<'_>) -> Option<Cadence> {
+        let CadenceKeys {
+            count,
+            interval,
+            default,
+        } = keys;
+        match (count.value, interval.value) {
             (None, None) => Some(Cadence::Count(default)),
             (Some(0), None) => {
                 self.report(
-                    at.key(count_key),
-                    "must be at least 1: the intervals between start and end",
+                    at.key(count.name),
+                    "must be at least 1: it is the number of intervals from start to end",
                 );
                 None
             }
             (Some(count), None) => Some(Cadence::Count(count as usize)),
-            (None, Some(interval)) => {
-                let interval = self.number(&at.key(interval_key), interval, POSITIVE);
-                interval.map(Cadence::Interval)
+            (None, Some(time)) => {
+                let time = self.number(&at.key(interval.name), time, POSITIVE);
+                time.map(Cadence::Interval)
             }
             (Some(_), Some(_)) => {
-                self.exclude(at, count_key, interval_key);
+                self.exclude(at, count.name, interval.name);
                 None
             }
         }

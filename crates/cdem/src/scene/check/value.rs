@@ -136,7 +136,9 @@ impl Check {
         let dimension = self.dimension;
         self.report(
             path.clone(),
-            format!("expected {dimension} components, as dimension = {dimension}, got {count}"),
+            format!(
+                "expected {dimension} components, because dimension = {dimension}, got {count}"
+            ),
         );
         None
     }
@@ -269,19 +271,19 @@ impl Check {
     pub(super) fn one_of<A, B>(
         &mut self,
         at: &KeyPath,
-        first: (&str, Option<A>),
-        second: (&str, Option<B>),
+        first: OptionalKey<'_, A>,
+        second: OptionalKey<'_, B>,
     ) -> Option<OneOf<A, B>> {
-        match (first.1, second.1) {
+        match (first.value, second.value) {
             (Some(value), None) => Some(OneOf::First(value)),
             (None, Some(value)) => Some(OneOf::Second(value)),
             (None, None) => {
-                let message = format!("needs `{}` or `{}`", first.0, second.0);
+                let message = format!("needs `{}` or `{}`", first.name, second.name);
                 self.report(at.clone(), message);
                 None
             }
             (Some(_), Some(_)) => {
-                self.exclude(at, first.0, second.0);
+                self.exclude(at, first.name, second.name);
                 None
             }
         }
@@ -311,6 +313,21 @@ impl Check {
     /// Checks a friction angle, rad.
     pub(super) fn friction(&mut self, at: &KeyPath, angle: Quantity<Angle>) -> Option<f64> {
         self.number(&at.key("friction_angle"), angle, FRICTION)
+    }
+}
+
+/// A key that a scene may leave out, with its value.
+#[derive(Clone, Copy)]
+pub(super) struct OptionalKey<'a, T> {
+    /// Name of the key.
+    pub(super) name: &'a str,
+    /// Value; `None` if the key is left out.
+    pub(super) value: Option<T>,
+}
+
+impl<'a, T> OptionalKey<'a, T> {
+    pub(super) const fn new(name: &'a str, value: Option<T>) -> Self {
+        Self { name, value }
     }
 }
 

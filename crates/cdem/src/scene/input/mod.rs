@@ -1,6 +1,5 @@
-//! A scene as it is written: keys, units and defaults, not yet checked
-//! against each other. The JSON Schema is made from these types, so the
-//! comments on their fields are what an editor shows.
+//! Keys, units and defaults of a scene file, before any check of one key against another. The JSON
+//! Schema is made from these types, so editors and the book show the docstrings of the fields.
 
 pub(crate) mod quantity;
 pub(crate) mod units;
@@ -22,8 +21,8 @@ use crate::scene::{
     ContactModel, Field, Kinematics, Mass, MaterialModel, Plane, Split, ZoneExtent,
 };
 
-/// A scene of colliding deformable blocks. Numbers are in SI units, angles in
-/// degrees; a number may also be text with a unit, such as "40 GPa".
+/// A scene of deformable blocks that collide. Numbers are in SI units, angles in
+/// degrees. A number may also be text with a unit, such as "40 GPa".
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["version", "dimension", "time", "block"]))]
@@ -37,22 +36,22 @@ pub(crate) struct SceneInput {
     /// Dimension of space: 2 or 3.
     #[schemars(extend("enum" = [2, 3]))]
     pub(crate) dimension: Option<u32>,
-    /// 2-D: what is assumed out of the plane.
+    /// 2-D: assumption out of the plane.
     #[schemars(extend("default" = "strain"))]
     pub(crate) plane: Option<Plane>,
-    /// 2-D: thickness, m.
+    /// 2-D: thickness of all blocks, m; larger than 0.
     #[schemars(extend("default" = 1.0))]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) thickness: Option<Quantity<Length>>,
-    /// Acceleration of gravity, m/s²: a vector, or a table [[time, vector], …]
-    /// that is linear between its rows and held beyond its ends. Left out: none.
+    /// Acceleration of gravity, m/s²: a vector, or a table [[time, vector], …],
+    /// linear between its rows and constant beyond its ends. Left out: none.
     pub(crate) gravity: Option<VaryingVector<Acceleration>>,
     /// Duration and steps.
     pub(crate) time: Option<TimeInput>,
     /// Materials.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) material: Vec<MaterialInput>,
-    /// Deformable bodies.
+    /// Blocks.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) block: Vec<BlockInput>,
     /// Prescribed velocities.
@@ -61,11 +60,11 @@ pub(crate) struct SceneInput {
     /// Pressures and tractions.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) load: Vec<LoadInput>,
-    /// Contact between blocks. Blocks do not touch themselves.
+    /// Contact between blocks. A block has no contact with itself.
     pub(crate) contact: ContactInput,
-    /// What is written, and how often. Never changes the steps.
+    /// Contents and cadence of the result files. No effect on the steps.
     pub(crate) output: OutputInput,
-    /// Points to watch, in probes.csv.
+    /// Probes: followed points, in probes.csv.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) probe: Vec<ProbeInput>,
 }
@@ -79,20 +78,20 @@ pub(crate) struct TimeInput {
     /// End of the run, s; larger than 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) end: Option<Quantity<Duration>>,
-    /// The coarsest step, s; finer levels are taken where elements need them.
-    /// Left out: that between a half and the whole of `safety` times the largest
-    /// element limit for which the elements need the fewest updates, shortened
-    /// so that `end` is a whole number of steps. Blocks of consistent mass count as
-    /// all going at the finest step among them, as they do where they touch; where they
-    /// mostly fly, a longer one is cheaper.
+    /// Coarse step, s; larger than 0, at most `end`. Elements with a smaller stable step
+    /// take a finer time level. Left out: the step with the fewest element updates, between
+    /// half and all of `safety` times the largest stable step of an element, shortened so
+    /// that `end` is a whole number of steps. This choice takes the finest step among
+    /// blocks of consistent mass for all of them, as it is while they touch. If they
+    /// rarely touch, a longer step is cheaper.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) step: Option<Quantity<Duration>>,
-    /// Share of the stable step that is used, in (0, 1]; at most one half in
-    /// blocks with consistent mass, whose vibrations are all near the limit, and
-    /// in elements whose level a contact may change.
+    /// Fraction of the stable step in use, in (0, 1]. The engine takes at most one half for
+    /// blocks with consistent mass, because all their vibrations are near the limit, and
+    /// for elements with a time level that a contact may change.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub(crate) safety: Quantity<Ratio>,
-    /// Stop before the end, once nothing moves any more. Left out: never.
+    /// Condition to stop before the end: all blocks at rest. Left out: none.
     pub(crate) stop_when: Option<StopWhenInput>,
 }
 
@@ -107,19 +106,20 @@ impl Default for TimeInput {
     }
 }
 
-/// When to stop before the end: when the kinetic energy has stayed below a
-/// threshold at every coarse step for a time.
+/// Condition to stop before the end: a kinetic energy below a threshold, at every
+/// coarse step of a duration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["kinetic_energy_below"]))]
 #[schemars(rename = "StopWhen")]
 pub(crate) struct StopWhenInput {
-    /// Threshold of the kinetic energy ½vMv of the half step, J; larger than 0.
+    /// Threshold, J; larger than 0. It applies to the kinetic energy ½vMv of the
+    /// velocities at the half step.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) kinetic_energy_below: Option<Quantity<Energy>>,
-    /// How long it must have stayed below, s; longer than the highest point of
-    /// a throw or of a bounce lasts, where things stand still without resting.
-    /// Counts from t = 0 on. Left out: a twentieth of `end`.
+    /// Duration below the threshold, s; larger than 0, at most `end`. It should be
+    /// longer than the slow moments at the top of a throw or bounce. The first one
+    /// may begin at t = 0. Left out: a twentieth of `end`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) during: Option<Quantity<Duration>>,
 }
@@ -130,7 +130,7 @@ pub(crate) struct StopWhenInput {
 #[schemars(extend("required" = ["name", "young_modulus", "poisson_ratio", "density"]))]
 #[schemars(rename = "Material")]
 pub(crate) struct MaterialInput {
-    /// Name that blocks refer to.
+    /// Name; blocks refer to it.
     pub(crate) name: Option<String>,
     /// Constitutive law.
     pub(crate) model: MaterialModel,
@@ -152,43 +152,43 @@ pub(crate) struct MaterialInput {
 #[serde(default, deny_unknown_fields)]
 #[schemars(rename = "Damping")]
 pub(crate) struct DampingInput {
-    /// Mass-proportional, 1/s; at least 0.
+    /// Mass-proportional damping, 1/s; at least 0.
     #[schemars(extend("minimum" = 0))]
     pub(crate) mass: Quantity<Rate>,
-    /// Stiffness-proportional, s; at least 0.
+    /// Stiffness-proportional damping, s; at least 0.
     #[schemars(extend("minimum" = 0))]
     pub(crate) stiffness: Quantity<Duration>,
-    /// Local (Cundall), in [0, 1).
+    /// Local damping (Cundall), a share of the force, in [0, 1).
     #[schemars(extend("minimum" = 0, "exclusiveMaximum" = 1))]
     pub(crate) local: Quantity<Ratio>,
 }
 
-/// A deformable body, or several of the same kind.
+/// A block, or several blocks of the same kind. A block moves and deforms on its own.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["name", "material"]))]
 #[schemars(rename = "Block")]
 pub(crate) struct BlockInput {
-    /// Name. Parts of a split block are named name.1, name.2, …
+    /// Name. Parts of a split block have the names name.1, name.2, …
     pub(crate) name: Option<String>,
-    /// Gmsh file (4.1 or 2.2, text or binary), relative to the scene.
+    /// Path of a Gmsh file (4.1 or 2.2, text or binary), relative to the scene.
     pub(crate) mesh: Option<String>,
     /// Physical group of the mesh. Left out: the whole mesh.
     pub(crate) group: Option<String>,
-    /// A simple shape instead of a mesh.
+    /// Instead of a mesh: a box or a polygon.
     pub(crate) shape: Option<ShapeInput>,
     /// Element shape of a `shape`. Left out: tri3 in 2-D, tet4 in 3-D.
     pub(crate) element: Option<ElementKind>,
-    /// Into how many blocks the mesh falls.
+    /// Rule to split the mesh into blocks.
     pub(crate) split: Split,
-    /// Name of its material.
+    /// Name of the material.
     pub(crate) material: Option<String>,
     /// Initial velocity, m/s, in global axes. Left out: at rest.
     pub(crate) velocity: Option<Vec<Quantity<Velocity>>>,
     /// Initial angular velocity, rad/s, about the centre of mass of each part:
     /// a number in 2-D, a vector in 3-D. Left out: none.
     pub(crate) angular_velocity: Option<NumberOrVector<AngularVelocity>>,
-    /// Factor on the coordinates; 1e-3 for a mesh in mm.
+    /// Factor on the coordinates; larger than 0; 1e-3 for a mesh in mm.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) scale: Quantity<Ratio>,
     /// Rotation about the origin, degrees, after scaling: an angle in 2-D, axis
@@ -200,7 +200,7 @@ pub(crate) struct BlockInput {
     pub(crate) kinematics: Kinematics,
     /// Mass matrix.
     pub(crate) mass: Mass,
-    /// Immovable, for example a base.
+    /// true: the block never moves, such as a base.
     pub(crate) fixed: bool,
 }
 
@@ -226,8 +226,8 @@ impl Default for BlockInput {
     }
 }
 
-/// A box, or (2-D) a polygon with the size of its elements. Its sides become
-/// groups: of a block `floor`, floor.xmin, floor.xmax, floor.ymin, …
+/// A box, or (2-D) a polygon with the size of its elements. The sides become
+/// groups. Those of a box in a block `floor` are floor.xmin, floor.xmax, floor.ymin, …
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(rename = "Shape")]
@@ -235,9 +235,9 @@ pub(crate) struct ShapeInput {
     /// A box with sides along the axes.
     #[serde(rename = "box")]
     pub(crate) cuboid: Option<Cuboid>,
-    /// 2-D: corners [[x, y], …] of a simple polygon in order, m.
+    /// 2-D: corners [[x, y], …] of a polygon in order, m. Its edges must not cross.
     pub(crate) polygon: Option<Vec<Vec<Quantity<Length>>>>,
-    /// Element size of a polygon, m.
+    /// Size of the elements in a polygon, m; larger than 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) size: Option<Quantity<Length>>,
 }
@@ -251,47 +251,46 @@ pub(crate) struct Cuboid {
     pub(crate) min: Option<Vec<Quantity<Length>>>,
     /// Upper corner, m.
     pub(crate) max: Option<Vec<Quantity<Length>>>,
-    /// Cells along each axis.
+    /// Numbers of cells along the axes; each at least 1.
     pub(crate) divisions: Option<Vec<u32>>,
 }
 
-/// Prescribed velocity of a group or a whole block, by component or as a turn
+/// Prescribed velocity of a group or a whole block: by component, or as a rotation
 /// about an axis.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(rename = "Boundary")]
 pub(crate) struct BoundaryInput {
-    /// Physical group of nodes, edges or faces. `block.group`: what one block has of it.
+    /// Physical group of nodes, edges or faces. `block.group` is the part of it in one block.
     pub(crate) group: Option<String>,
-    /// Instead of a group: a block, with all its parts.
+    /// Instead of a group: name of a block; all its parts move.
     pub(crate) block: Option<String>,
     /// Velocity by component.
     pub(crate) velocity: Option<Components>,
-    /// Instead of a velocity: a turn, rad/s, a number or a table
-    /// [[time, value], …].
+    /// Instead of `velocity`: angular velocity of a rotation, rad/s, as a number or a
+    /// table [[time, value], …].
     pub(crate) angular_velocity: Option<Varying<AngularVelocity>>,
-    /// 3-D: axis of the turn.
+    /// 3-D: axis of the rotation.
     pub(crate) axis: Option<Vec<Quantity<Ratio>>>,
-    /// A point on the axis of the turn, m. Left out: the origin.
+    /// A point on the axis of the rotation, m. Left out: the origin.
     pub(crate) point: Option<Vec<Quantity<Length>>>,
-    /// Active from, s; at least 0.
+    /// Start, s; at least 0.
     #[schemars(extend("minimum" = 0))]
     pub(crate) start: Quantity<Duration>,
-    /// Active until, s. Left out: always.
+    /// End, s; later than `start`. Left out: never.
     pub(crate) end: Option<Quantity<Duration>>,
 }
 
-/// Velocity by component: a number, or a table [[time, value], …] that is
-/// linear between its rows and held beyond its ends. Components left out stay
-/// free.
+/// Velocity by component: a number, or a table [[time, value], …], linear between
+/// its rows and constant beyond its ends. A component that is left out stays free.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Components {
-    /// Along x, m/s.
+    /// Velocity along x, m/s.
     pub(crate) x: Option<Varying<Velocity>>,
-    /// Along y, m/s.
+    /// Velocity along y, m/s.
     pub(crate) y: Option<Varying<Velocity>>,
-    /// 3-D: along z, m/s.
+    /// 3-D: velocity along z, m/s.
     pub(crate) z: Option<Varying<Velocity>>,
 }
 
@@ -301,19 +300,19 @@ pub(crate) struct Components {
 #[schemars(extend("required" = ["group"]))]
 #[schemars(rename = "Load")]
 pub(crate) struct LoadInput {
-    /// Physical group of edges (2-D) or faces (3-D), or of elements: their sides on the boundary.
-    /// `block.group`: what one block has of it.
+    /// Physical group of edges (2-D) or faces (3-D). A group of elements stands for their facets
+    /// on the boundary. `block.group` is the part of it in one block.
     pub(crate) group: Option<String>,
-    /// Pressure, Pa, a number or a table [[time, value], …]; inward positive;
-    /// follows normal and area.
+    /// Pressure, Pa, as a number or a table [[time, value], …]. It is positive inward,
+    /// and follows the normal and the area of the facets.
     pub(crate) pressure: Option<Varying<Pressure>>,
-    /// Instead of a pressure: traction, Pa, a vector or a table
-    /// [[time, vector], …]; dead, per reference area.
+    /// Instead of `pressure`: traction, Pa, as a vector or a table
+    /// [[time, vector], …]. Its direction is fixed; it acts on the area at rest.
     pub(crate) traction: Option<VaryingVector<Pressure>>,
-    /// Active from, s; at least 0.
+    /// Start, s; at least 0.
     #[schemars(extend("minimum" = 0))]
     pub(crate) start: Quantity<Duration>,
-    /// Active until, s. Left out: always.
+    /// End, s; later than `start`. Left out: never.
     pub(crate) end: Option<Quantity<Duration>>,
 }
 
@@ -324,33 +323,33 @@ pub(crate) struct LoadInput {
 pub(crate) struct ContactInput {
     /// Contact model.
     pub(crate) model: ContactModel,
-    /// Distance within which points touch, m; larger than 0. Left out: 1e-4 of
-    /// the smallest boundary edge. Bounces do not depend on it, from a fifth of that
-    /// to ten times as much.
+    /// Contact tolerance, m; larger than 0: gap that counts as closed at t = 0, and
+    /// penetration that is tolerated. Left out: 1e-4 of the smallest boundary edge.
+    /// From a fifth of this default to ten times as much, bounces do not depend on it.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) tolerance: Option<Quantity<Length>>,
     /// Friction angle, degrees, in [0, 90).
     #[schemars(extend("minimum" = 0, "exclusiveMaximum" = 90))]
     pub(crate) friction_angle: Quantity<Angle>,
-    /// Cohesion, Pa, of contacts that are closed at t = 0; lost at the first
-    /// slip or opening.
+    /// Cohesion, Pa, of contact points closed at t = 0; at least 0. The first slip
+    /// or opening ends it.
     #[schemars(extend("minimum" = 0))]
     pub(crate) cohesion: Quantity<Pressure>,
-    /// Tensile strength, Pa, of contacts that are closed at t = 0; lost at the
-    /// first slip or opening.
+    /// Tensile strength, Pa, of contact points closed at t = 0; at least 0. The
+    /// first slip or opening ends it.
     #[schemars(extend("minimum" = 0))]
     pub(crate) tensile_strength: Quantity<Pressure>,
-    /// Two-scale: accepted loss of a touch, share of its impact
-    /// energy, in (0, 1).
+    /// Two-scale: accepted impact loss as a share of the impact energy, in (0, 1).
+    /// A smaller value asks for smaller elements.
     #[schemars(extend("default" = 0.01))]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub(crate) energy_loss: Option<Quantity<Ratio>>,
-    /// Two-scale: how often elements are halved in size at most, 0 to 16; once
-    /// more where the mesh must fit together.
+    /// Two-scale: largest number of halvings of an element's size, 0 to 16. Some
+    /// elements are halved once more, so that the mesh fits together.
     #[schemars(extend("default" = 5))]
     #[schemars(extend("minimum" = 0, "maximum" = 16))]
     pub(crate) max_level: Option<i64>,
-    /// Two-scale: extent of the refined zone.
+    /// Two-scale: extent of the refinement zone.
     #[schemars(extend("default" = "graded"))]
     pub(crate) zone: Option<ZoneExtent>,
     /// Penalty: normal stiffness of a contact point, N/m; larger than 0.
@@ -360,9 +359,9 @@ pub(crate) struct ContactInput {
     /// out: the normal stiffness.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) shear_stiffness: Option<Quantity<Stiffness>>,
-    /// Overrides by pair. Each key of two blocks has the value of the highest in
-    /// rank that gives it: pairs of blocks rank above pairs of materials, later
-    /// ones above earlier ones, and all above `[contact]`.
+    /// Settings for pairs of blocks or materials. If several of them give a key for
+    /// the same two blocks, a pair of blocks overrides a pair of materials, and a
+    /// later pair overrides an earlier one. All override the table `contact`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) pair: Vec<ContactPairInput>,
 }
@@ -385,67 +384,68 @@ impl Default for ContactInput {
     }
 }
 
-/// Contact of two blocks, or of blocks of two materials. What is left out is
-/// as in pairs of lower rank that mean the same blocks, and in `[contact]`.
+/// Contact of two blocks, or of blocks of two materials. A key that is left out has its
+/// value from a pair of lower rank for the same blocks, else from `[contact]`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["between"]))]
 #[schemars(rename = "ContactPair")]
 pub(crate) struct ContactPairInput {
-    /// Two blocks or two materials; the block "i" stands for i.1, i.2, … too.
+    /// Names of two blocks or two materials. The name of a split block stands for all
+    /// its parts.
     #[schemars(extend("minItems" = 2, "maxItems" = 2))]
     pub(crate) between: Option<Vec<String>>,
     /// Friction angle, degrees, in [0, 90).
     #[schemars(extend("minimum" = 0, "exclusiveMaximum" = 90))]
     pub(crate) friction_angle: Option<Quantity<Angle>>,
-    /// Cohesion, Pa.
+    /// Cohesion, Pa; at least 0.
     #[schemars(extend("minimum" = 0))]
     pub(crate) cohesion: Option<Quantity<Pressure>>,
-    /// Tensile strength, Pa.
+    /// Tensile strength, Pa; at least 0.
     #[schemars(extend("minimum" = 0))]
     pub(crate) tensile_strength: Option<Quantity<Pressure>>,
-    /// Penalty: normal stiffness, N/m.
+    /// Penalty: normal stiffness, N/m; larger than 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) normal_stiffness: Option<Quantity<Stiffness>>,
-    /// Penalty: shear stiffness, N/m.
+    /// Penalty: shear stiffness, N/m; larger than 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) shear_stiffness: Option<Quantity<Stiffness>>,
-    /// Whether the two touch at all. Where no pair says: they do.
+    /// false: no contact between the two. Left out of all pairs: contact.
     pub(crate) enabled: Option<bool>,
 }
 
-/// What is written, and how often.
+/// Contents and cadence of the result files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(rename = "Output")]
 pub(crate) struct OutputInput {
-    /// Frames for ParaView: so many intervals over the run.
+    /// Frames for ParaView: number of intervals over the run.
     #[schemars(extend("default" = 100))]
     #[schemars(extend("minimum" = 1))]
     pub(crate) frames: Option<u32>,
-    /// Instead of `frames`: simulated time between two, s.
+    /// Instead of `frames`: simulated time between two frames, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) frame_interval: Option<Quantity<Duration>>,
-    /// Rows of history.csv: so many intervals over the run.
+    /// Rows of history.csv: number of intervals over the run.
     #[schemars(extend("default" = 1000))]
     #[schemars(extend("minimum" = 1))]
     pub(crate) history: Option<u32>,
     /// Instead of `history`: simulated time between two rows, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) history_interval: Option<Quantity<Duration>>,
-    /// Rows per block of blocks.csv: so many intervals over the run.
+    /// Rows of each block in blocks.csv: number of intervals over the run.
     #[schemars(extend("default" = 1000))]
     #[schemars(extend("minimum" = 1))]
     pub(crate) blocks: Option<u32>,
     /// Instead of `blocks`: simulated time between two rows, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) blocks_interval: Option<Quantity<Duration>>,
-    /// Blocks in blocks.csv. Left out: all.
+    /// Names of the blocks in blocks.csv. Left out: all blocks.
     pub(crate) block_list: Option<Vec<String>>,
     /// Fields of the frames.
     pub(crate) fields: Vec<Field>,
-    /// Wall-clock time between checkpoints, s; 0: none, and none at an interrupt. Never
-    /// changes the results.
+    /// Wall-clock time between checkpoints, s; at least 0. 0: no checkpoints, not even at
+    /// an interrupt. No effect on the results.
     #[schemars(extend("minimum" = 0))]
     pub(crate) checkpoint: Quantity<Duration>,
 }
@@ -467,7 +467,7 @@ impl Default for OutputInput {
     }
 }
 
-/// The node nearest to a point.
+/// A followed point: the node nearest to it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 #[schemars(extend("required" = ["name", "block", "point"]))]
@@ -475,9 +475,9 @@ impl Default for OutputInput {
 pub(crate) struct ProbeInput {
     /// Name.
     pub(crate) name: Option<String>,
-    /// Its block.
+    /// Name of the block.
     pub(crate) block: Option<String>,
-    /// A point of the mesh as placed, m. Where the nearest node is farther away
-    /// than the block's largest element edge, a warning tells how far.
+    /// Coordinates in the placed mesh, m. A warning gives the distance of the nearest
+    /// node if it is farther away than the longest element edge of the block.
     pub(crate) point: Option<Vec<Quantity<Length>>>,
 }

@@ -10,11 +10,11 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::scene::input::units::{self, Exponents};
 
-/// What a key measures.
+/// Physical quantity that a key measures.
 pub(crate) trait Dimension: Copy + fmt::Debug + Default + PartialEq {
     /// Name in the schema.
     const NAME: &'static str;
-    /// In a sentence: "a pressure".
+    /// Its name in a sentence: "a pressure".
     const MEASURES: &'static str;
     /// Unit of a bare number; "1" for ratios.
     const UNIT: &'static str;
@@ -44,7 +44,7 @@ macro_rules! dimensions {
             }
         )*
 
-        /// What exponents stand for, in a sentence.
+        /// Returns the name in a sentence of the quantity with these exponents.
         fn measures(exponents: Exponents) -> &'static str {
             $(if exponents == $name::EXPONENTS { return $measures; })*
             "something else"
@@ -97,7 +97,7 @@ impl<M: Dimension> Quantity<M> {
         self.0
     }
 
-    /// What may be written.
+    /// Returns the accepted forms, for the schema.
     fn description() -> String {
         let (measures, example) = (M::MEASURES, M::EXAMPLE);
         match M::UNIT {
@@ -137,7 +137,7 @@ impl<M: Dimension> Quantity<M> {
         Err(wrong(&format!("\"{text}\" is {found}"), Self::form()))
     }
 
-    /// How to write it.
+    /// Returns advice on the form of a value.
     fn form() -> String {
         let example = M::EXAMPLE;
         match M::UNIT {
@@ -146,7 +146,7 @@ impl<M: Dimension> Quantity<M> {
         }
     }
 
-    /// What to write instead of a unit that is not known.
+    /// Returns advice on a unit that is not known: the nearest one, or all of them.
     fn units(unknown: &str) -> String {
         let (measures, all) = (M::MEASURES, M::UNITS.join(", "));
         // Units differ by their capitals: the same letters are nearest.

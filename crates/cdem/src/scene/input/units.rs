@@ -1,9 +1,9 @@
-//! Texts such as "40 GPa": a number, a unit, and what the unit measures.
+//! Texts such as "40 GPa": a number, a unit, and the powers of its base units.
 
 /// Powers of metre, kilogram, second and radian.
 pub(crate) type Exponents = [i32; 4];
 
-/// A number in SI units (radians), and what it measures.
+/// A number in SI units (radians), with its base units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Measured {
     /// SI value.
@@ -12,16 +12,16 @@ pub(crate) struct Measured {
     pub(crate) exponents: Exponents,
 }
 
-/// Why a text is no quantity.
+/// Reason for which a text is no quantity.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Misread {
     /// As a part of a sentence.
     pub(crate) message: String,
-    /// The unit, where it is not known.
+    /// The unit, if it is unknown.
     pub(crate) unit: Option<String>,
 }
 
-/// A unit: a power of ten, a factor that is none, and powers of base units.
+/// A unit: a power of ten, another factor, and powers of base units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Unit {
     tens: i32,
@@ -41,7 +41,7 @@ const PREFIXED: [(&str, i32, Exponents); 8] = [
     ("rad", 0, [0, 0, 0, 1]),
 ];
 
-/// Units that take none: symbol, power of ten, factor, base units.
+/// Units without prefixes: symbol, power of ten, factor, base units.
 const PLAIN: [(&str, i32, f64, Exponents); 9] = [
     ("1", 0, 1.0, [0; 4]),
     ("%", -2, 1.0, [0; 4]),
@@ -74,7 +74,7 @@ const PREFIXES: [(char, i32); 10] = [
 /// divides.
 ///
 /// # Errors
-/// What is wrong.
+/// If the text is not a number with a known unit.
 pub(crate) fn read(text: &str) -> Result<Measured, Misread> {
     let text = text.trim();
     let (number, unit) = text.split_at(number_length(text));

@@ -83,11 +83,11 @@ impl<M: Dimension> JsonSchema for VaryingVector<M> {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let mut constant = Vec::<Quantity<M>>::json_schema(generator);
-        let text = format!("A vector in {}, the same at all times.", M::UNIT);
+        let text = format!("A vector in {}, constant in time.", M::UNIT);
         constant.insert("description".to_owned(), text.into());
         let mut table = Vec::<TimeRow<Vec<Quantity<M>>>>::json_schema(generator);
         let text = format!(
-            "A table [[time, vector], …] in s and {}: linear between its rows, held beyond \
+            "A table [[time, vector], …] in s and {}: linear between its rows, constant beyond \
              its ends.",
             M::UNIT
         );
@@ -125,7 +125,8 @@ impl<M: Dimension> OtherForm for Vec<TimeRow<Quantity<M>>> {
 
     fn description() -> String {
         format!(
-            "A table [[time, {}], …] in s and {}: linear between its rows, held beyond its ends.",
+            "A table [[time, {}], …] in s and {}: linear between its rows, constant beyond its \
+             ends.",
             measured::<M>(),
             M::UNIT
         )

@@ -152,7 +152,7 @@ impl<const D: usize> Run<D> {
             .any(|held| held.contains(&true))
         {
             let given = sub(&self.before(block).momenta.linear, &before.linear);
-            self.ledger.impulse.add_scaled(1.0, &given);
+            self.state.ledger.impulse.add_scaled(1.0, &given);
         }
     }
 

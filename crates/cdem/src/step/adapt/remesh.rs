@@ -6,29 +6,36 @@ use crate::model::inverse_mass::InverseMass;
 use crate::model::{Model, block_of};
 use crate::refinement::{Adaptivity, BaseModel, RefinedBlock};
 
+/// The elements of a mesh: sets, and the numbering of elements in them.
+pub(crate) struct MeshElements<const D: usize> {
+    pub(super) mesh: Mesh<D>,
+    pub(super) sets: Vec<Box<dyn ElementSet<D>>>,
+    pub(super) numbering: ElementNumbering,
+}
+
 impl<const D: usize> Model<D> {
-    /// Rebuilds the model for a refined mesh of the same blocks, at `time`. Returns the elements
-    /// before, and their numbering.
-    pub(crate) fn remesh(
-        &mut self,
-        second_scale: &Adaptivity<D>,
-        time: f64,
-    ) -> (Vec<Box<dyn ElementSet<D>>>, ElementNumbering) {
+    /// Rebuilds the model for a refined mesh of the same blocks, at `time`. Returns the old mesh
+    /// and its elements.
+    pub(crate) fn remesh(&mut self, second_scale: &Adaptivity<D>, time: f64) -> MeshElements<D> {
         let (base_model, refined_blocks) =
             (&second_scale.base_model, second_scale.refined_blocks());
-        let old = std::mem::replace(&mut self.mesh, second_scale.mesh());
-        let sets = std::mem::replace(&mut self.sets, base_model.all_sets(&self.mesh));
-        let numbering = ElementNumbering::new(&self.sets, self.mesh.elements.len());
-        let numbering = std::mem::replace(&mut self.numbering, numbering);
+        let mesh = second_scale.mesh();
+        let sets = base_model.all_sets(&mesh);
+        let numbering = ElementNumbering::new(&sets, mesh.elements.len());
+        let old = MeshElements {
+            mesh: std::mem::replace(&mut self.mesh, mesh),
+            sets: std::mem::replace(&mut self.sets, sets),
+            numbering: std::mem::replace(&mut self.numbering, numbering),
+        };
         self.block_of = block_of(&self.mesh);
-        let meshes = [&old, &self.mesh];
+        let meshes = [&old.mesh, &self.mesh];
         remesh_inertia(&mut self.inertia, base_model, refined_blocks, meshes);
         self.base_level = refined_levels(base_model, refined_blocks, &self.mesh);
         let had = "the mesh before refinement had these groups";
         self.loads = self.surface_loads(&base_model.scene).expect(had);
         self.boundaries = self.prescribed_motions(&base_model.scene).expect(had);
         self.set_prescribed_nodes(time);
-        (sets, numbering)
+        old
     }
 }
 

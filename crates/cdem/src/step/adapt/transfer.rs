@@ -3,20 +3,22 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::contact::remap::MeshConfiguration;
-use crate::element::{ElementNumbering, ElementSet, StressHistory};
-use crate::math::adjacency::Adjacency;
+use crate::contact::remap::{MeshConfiguration, MeshExchange};
+use crate::element::StressHistory;
 use crate::math::vector::sub;
-use crate::mesh::{Element, Mesh};
+use crate::mesh::Mesh;
 use crate::model::inverse_mass::SplitMotion;
 use crate::model::positions::Positions;
+use crate::model::state::LastKick;
 use crate::model::{Model, State};
 use crate::refinement::{Adaptivity, BlockChange, MeshTransfer, RefinedBlock, predecessors};
 use crate::step::Run;
 use crate::step::adapt::conserve::BlockBefore;
+use crate::step::adapt::remesh::MeshElements;
 use crate::step::adapt::when::ROUND_OFF;
 use crate::step::kick::KickImpulses;
 use crate::step::schedule::KickSchedule;
+use crate::step::workspace::elements_around_nodes;
 
 impl<const D: usize> Run<D> {
     /// Exchanges the overlays of blocks and transfers all data to the new nodes and elements.
@@ -36,7 +38,7 @@ impl<const D: usize> Run<D> {
             .collect();
         for (&block, before) in blocks.iter().zip(&before) {
             let work = self.work_of_gravity(block, before);
-            self.ledger.gravity_work += work;
+            self.state.ledger.gravity_work += work;
             second.add_energy_debt(block, -work);
         }
         let old = MeshConfiguration {
@@ -50,12 +52,13 @@ impl<const D: usize> Run<D> {
         }
         // The change of velocity by a remesh is no acceleration.
         for node in blocks.iter().flat_map(|&block| self.model.nodes(block)) {
-            self.impulses.before[node] = sub(&self.state.velocity[node], &kicks[node]);
+            self.state.last_kick.velocity_before[node] =
+                sub(&self.state.velocity[node], &kicks[node]);
         }
         let mesh = &self.model.mesh;
-        self.adjacency = Adjacency::new(mesh.elements.iter().map(Element::nodes), mesh.nodes.len());
-        self.touched_nodes = (0..mesh.nodes.len() as u32).collect();
-        self.schedule = KickSchedule::default();
+        self.workspace.adjacency = elements_around_nodes(mesh);
+        self.workspace.touched_nodes = (0..mesh.nodes.len() as u32).collect();
+        self.workspace.schedule = KickSchedule::default();
     }
 
     /// Exchanges overlays and transfers model and state. Velocities of coarsened blocks follow from
@@ -80,12 +83,8 @@ impl<const D: usize> Run<D> {
         }
         self.bring_up(&blocks);
         let time = self.time();
-        let (sets, place) = self.model.remesh(second, time);
-        let old_elements = MeshElements {
-            mesh: old_mesh,
-            sets,
-            place,
-        };
+        let old_elements = self.model.remesh(second, time);
+        let old_state = &self.state;
         let refined_blocks = old_covers.iter().map(|(&block, old)| {
             let refined_blocks = [old.as_ref(), second.refined_blocks()[block].as_ref()];
             (block, refined_blocks)
@@ -105,13 +104,14 @@ impl<const D: usize> Run<D> {
             refined_blocks,
         };
         let origins = carry.origins();
-        let mut state = carry.state(&self.state, &origins, &coarser);
-        let kicks = self.state.velocity.iter().zip(&self.impulses.before);
+        let mut state = carry.state(old_state, &origins, &coarser);
+        let kicks = old_state
+            .velocity
+            .iter()
+            .zip(&old_state.last_kick.velocity_before);
         let kicks: Vec<[f64; D]> = kicks.map(|(now, before)| sub(now, before)).collect();
         let kicks = carry.values(&kicks);
-        self.impulses = carry.impulses(&self.impulses);
-        self.node_impulse =
-            carry.vectors(&self.node_impulse, |_, transfer, of| transfer.impulses(of));
+        self.workspace.impulses = KickImpulses::new(self.model.mesh.nodes.len());
         for (block, transfer) in transfers.iter().filter(|(_, t)| !t.is_finer()) {
             let nodes = self.model.nodes(*block);
             let bound = transfer.velocities(&bound[block]);
@@ -126,7 +126,8 @@ impl<const D: usize> Run<D> {
         }
         self.model
             .restore_history(&old_elements, &origins, &state.displacement);
-        (std::mem::replace(&mut self.state, state), kicks)
+        let old_state = std::mem::replace(&mut self.state, state);
+        (old_state, kicks)
     }
 
     /// Removes `energy`, J, from the deformation of a refined block; returns the excess energy that
@@ -161,7 +162,13 @@ impl<const D: usize> Run<D> {
         let surface = second.base_model.surface(mesh, contacts.tolerance());
         let time = self.state.number as f64 * self.model.step;
         let inertia = &self.model.inertia;
-        contacts.remesh((old, new), mesh, surface, &changed, inertia, time);
+        let exchange = MeshExchange {
+            old,
+            new,
+            mesh,
+            changed: &changed,
+        };
+        contacts.remesh(exchange, surface, inertia, time);
     }
 
     /// Updates the history of the elements of some blocks to the present instant.
@@ -191,16 +198,9 @@ impl<const D: usize> Run<D> {
     }
 }
 
-/// The elements of a mesh: sets, and the numbering of elements in them.
-struct MeshElements<'a, const D: usize> {
-    mesh: &'a Mesh<D>,
-    sets: Vec<Box<dyn ElementSet<D>>>,
-    place: ElementNumbering,
-}
-
-impl<const D: usize> MeshElements<'_, D> {
+impl<const D: usize> MeshElements<D> {
     fn past(&self, element: u32) -> Option<StressHistory<D>> {
-        let (set, i) = self.place.of(element as usize);
+        let (set, i) = self.numbering.of(element as usize);
         self.sets[set].stress_history(i)
     }
 
@@ -222,8 +222,8 @@ impl<const D: usize> Model<D> {
             let (set, i) = self.numbering.of(element);
             let set = &mut self.sets[set];
             let own = MeshElements::corners(&self.mesh, element);
-            if own.eq(MeshElements::corners(old.mesh, of[0] as usize)) {
-                let (old_set, old_i) = old.place.of(of[0] as usize);
+            if own.eq(MeshElements::corners(&old.mesh, of[0] as usize)) {
+                let (old_set, old_i) = old.numbering.of(of[0] as usize);
                 set.set_record(i, &old.sets[old_set].record(old_i));
                 continue;
             }
@@ -282,7 +282,6 @@ impl<'a, const D: usize> StateTransfer<'a, D> {
         coarser: &BTreeMap<usize, Vec<[f64; D]>>,
     ) -> State<D> {
         State {
-            number: old.number,
             displacement: self.vectors(&old.displacement, |block, transfer, of| {
                 let known = coarser.get(&block).cloned();
                 known.unwrap_or_else(|| transfer.grown(of))
@@ -293,15 +292,16 @@ impl<'a, const D: usize> StateTransfer<'a, D> {
             node_interval: self.scalars(&old.node_interval),
             contact_force: self
                 .vectors(&old.contact_force, |_, transfer, of| transfer.impulses(of)),
+            last_kick: LastKick {
+                velocity_before: self.vectors(&old.last_kick.velocity_before, |_, transfer, of| {
+                    transfer.velocities(of)
+                }),
+                interval: self.scalars(&old.last_kick.interval),
+            },
+            node_impulse: self.vectors(&old.node_impulse, |_, transfer, of| transfer.impulses(of)),
+            block_impulse: old.block_impulse.clone(),
+            ..*old
         }
-    }
-
-    /// Returns the data of the last kick that a report between two steps needs.
-    fn impulses(&self, old: &KickImpulses<D>) -> KickImpulses<D> {
-        let mut impulses = KickImpulses::new(self.new.nodes.len());
-        impulses.before = self.vectors(&old.before, |_, transfer, of| transfer.velocities(of));
-        impulses.interval = self.scalars(&old.interval);
-        impulses
     }
 
     /// Returns, for each new element, the old elements that it comes from.

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use crate::contact::Contacts;
-use crate::contact::prediction::{PredictedImpact, PredictedImpacts};
+use crate::contact::prediction::PredictedImpact;
 use crate::math::profile::Stage;
 use crate::math::vector::{add_scaled, norm, scale};
 use crate::mesh::Mesh;
@@ -50,7 +50,7 @@ impl<const D: usize> Run<D> {
     /// changed.
     pub(crate) fn refine(&mut self) -> Option<f64> {
         self.adaptivity.as_ref()?;
-        if !self.speed_bounds.is_physical() {
+        if !self.workspace.speed_bounds.is_physical() {
             return None;
         }
         let mut second = self.adaptivity.take()?;
@@ -162,36 +162,32 @@ impl<const D: usize> Run<D> {
     /// Returns the energy residual, J, for an initial energy of zero.
     pub(crate) fn balance(&mut self) -> f64 {
         // The report overwrites the data of the last kick, which the search uses.
-        let before = self.impulses.before.clone();
-        let interval = self.impulses.interval.clone();
+        let last_kick = self.state.last_kick.clone();
         let state = self.synchronise();
         let balance = self.energy_balance(&state).residual(0.0);
-        (self.impulses.before, self.impulses.interval) = (before, interval);
+        self.state.last_kick = last_kick;
         balance
     }
 
     /// Requests zones where blocks are about to collide, and keeps zones at impacts.
     fn request_zones(&mut self, second: &mut Adaptivity<D>) {
-        let mut foreseen = std::mem::take(&mut self.predicted_impacts);
-        if let Some(contacts) = &self.contacts {
-            self.request_zones_at_contacts(second, contacts, &mut foreseen);
-        }
-        self.predicted_impacts = foreseen;
+        let Some(contacts) = &self.contacts else {
+            return;
+        };
+        let at = self.model.positions(&self.state).into();
+        let rest = Positions::at_rest(&self.model.mesh.nodes).into();
+        let (velocity, horizon) = (&self.state.velocity, AHEAD * self.model.step);
+        let predicted = &mut self.workspace.predicted_impacts;
+        contacts.predict_impacts(at, velocity, rest, horizon, predicted);
+        self.request_zones_at_contacts(second, contacts);
     }
 
     /// Does this for predicted impacts and for closed pairs.
-    fn request_zones_at_contacts(
-        &self,
-        second: &mut Adaptivity<D>,
-        contacts: &Contacts<D>,
-        foreseen: &mut PredictedImpacts<D>,
-    ) {
+    fn request_zones_at_contacts(&self, second: &mut Adaptivity<D>, contacts: &Contacts<D>) {
         let at = self.model.positions(&self.state).into();
-        let velocity = &self.state.velocity;
         let rest = Positions::at_rest(&self.model.mesh.nodes).into();
-        let horizon = AHEAD * self.model.step;
-        contacts.predict_impacts(at, velocity, rest, horizon, foreseen);
-        for (blocks, places) in foreseen.by_blocks() {
+        let velocity = &self.state.velocity;
+        for (blocks, places) in self.workspace.predicted_impacts.by_blocks() {
             self.request_zones_for_impact(second, blocks, places, contacts.tolerance());
         }
         for place in contacts.touching_pairs(at, velocity, rest) {
@@ -270,7 +266,13 @@ impl<const D: usize> Run<D> {
             let parts = self.model.mesh.parts.as_ref();
             parts.map_or(element, |parts| parts.root[element as usize])
         };
-        let around = |node: u32| self.adjacency.of(node).iter().map(|&element| root(element));
+        let around = |node: u32| {
+            self.workspace
+                .adjacency
+                .of(node)
+                .iter()
+                .map(|&element| root(element))
+        };
         let blocks = place.blocks.map(|block| block as usize);
         let sizes = place.nodes.map(|node| second.base_size(around(node)));
         let halvings = place.nodes.map(|node| second.halvings(around(node)));

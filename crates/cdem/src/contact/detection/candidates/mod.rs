@@ -37,11 +37,10 @@ use serde::{Deserialize, Serialize};
 pub(crate) use crate::contact::detection::clusters::Clusters;
 
 use crate::contact::detection::active_candidates::ActiveCandidates;
-use crate::contact::surface::{Configuration, CullingResult, Pair, Surface};
+use crate::contact::surface::{Configuration, CullingRange, CullingResult, Pair, Surface};
 use crate::contact::tolerances::{
-    BOUND_CHECKS_PER_TASK, BROAD_PHASE_STEPS, BROAD_PHASE_STEPS_AT_REST, CANDIDATES_PER_TASK,
-    CULLING_RATE, CULLING_ROUND_OFF, DISTANCE_CHECKED, DISTANCE_KEPT, LEAST_MOTION_BOUND,
-    NEAR_MARGIN, NEAR_MARGIN_IN_MOTION, SPEED_GAIN,
+    BOUND_CHECKS_PER_TASK, CANDIDATES_PER_TASK, CULLING_RATE, CULLING_ROUND_OFF, DISTANCE_CHECKED,
+    DISTANCE_KEPT, LEAST_MOTION_BOUND, NEAR_MARGIN, NEAR_MARGIN_IN_MOTION, SPEED_GAIN,
 };
 use crate::math::disjoint_sets::DisjointSets;
 use crate::math::parallel::NODES_AT_ONCE;
@@ -52,14 +51,14 @@ use crate::model::block_max::BlockMax;
 /// A pair within the allowances of the last broad phase.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Candidate {
-    pair: Pair,
+    pub(super) pair: Pair,
     pub(crate) blocks: [u32; 2],
     /// Travels of both blocks plus their motion in the step, up to which the pair cannot be near,
     /// m.
-    far_until: f64,
+    pub(super) far_until: f64,
     /// [`CULLING_RATE`] times the travels of both blocks plus their motion bounds, up to which the
     /// orientation of the pair rules out contact, m.
-    excluded_until: f64,
+    pub(super) excluded_until: f64,
     /// Travels of both blocks up to which the pair counts as near, m; below 0 if it is not near.
     pub(crate) near_until: f64,
 }
@@ -85,6 +84,15 @@ pub(crate) struct SearchContext<'a, const D: usize> {
     pub(crate) tolerance: f64,
 }
 
+/// Speed bounds of the blocks in a coarse step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepSpeeds<'a> {
+    /// Speed bound of each block, m/s.
+    pub(crate) bounds: &'a [f64],
+    /// Coarse step, s.
+    pub(crate) step: f64,
+}
+
 /// The search for pairs that may come in contact.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct CandidateSearch<const D: usize> {
@@ -92,20 +100,20 @@ pub(crate) struct CandidateSearch<const D: usize> {
     pub(crate) candidates: Vec<Candidate>,
     /// Index of the first candidate of each main feature.
     #[serde(skip)]
-    of_main: Vec<u32>,
+    pub(super) of_main: Vec<u32>,
     /// Candidates of each block, as one list, and the index of the first of each block.
     #[serde(skip)]
-    of_block: Vec<u32>,
+    pub(super) of_block: Vec<u32>,
     #[serde(skip)]
-    start: Vec<u32>,
+    pub(super) start: Vec<u32>,
     /// The candidates that are tested for now.
     #[serde(skip)]
     pub(crate) active_candidates: ActiveCandidates,
     /// Positions of the nodes in the last broad phase and in the last step, m.
     #[serde(with = "serde_pod")]
-    origin: Vec<[f64; D]>,
+    pub(super) origin: Vec<[f64; D]>,
     #[serde(with = "serde_pod")]
-    last: Vec<[f64; D]>,
+    pub(super) last: Vec<[f64; D]>,
     pub(crate) blocks: Vec<MotionBound>,
     /// True for each candidate that is near, and the numbers of the near ones.
     #[serde(skip)]
@@ -145,33 +153,33 @@ pub(crate) struct MotionBound {
     /// Motion bound: largest displacement of a node in the step.
     pub(crate) motion_bound: f64,
     /// Largest distance of a node from its position in the last broad phase.
-    moved: f64,
+    pub(super) moved: f64,
     /// Travel: sum over the steps since then of the largest displacement of a node.
-    way: f64,
+    pub(super) way: f64,
     /// Largest sum of `moved` and `share` before the next broad phase.
-    allowance: f64,
+    pub(super) allowance: f64,
 }
 
 impl<const D: usize> CandidateSearch<D> {
-    /// Finds the pairs `near` at the start of a coarse step of `step` seconds, sorted. `speeds` are
-    /// bounds for the blocks in the step, m/s. `may_meet` selects pairs of blocks.
+    /// Finds the pairs `near` at the start of a coarse step, sorted. `may_meet`
+    /// selects pairs of blocks.
     pub(crate) fn find_near(
         &mut self,
         blocks: &SearchContext<D>,
         at: Configuration<D>,
-        (speeds, step): (&[f64], f64),
-        may_meet: &dyn Fn([u32; 2]) -> bool,
+        speeds: StepSpeeds,
+        may_meet: &impl Fn([u32; 2]) -> bool,
         near: &mut Vec<Pair>,
     ) {
         self.blocks
             .resize(blocks.fixed.len(), MotionBound::default());
         self.accumulate_travel(blocks, at);
-        let speeds = speeds.iter().zip(blocks.fixed);
-        for (reach, (speed, &fixed)) in self.blocks.iter_mut().zip(speeds) {
+        let of_blocks = speeds.bounds.iter().zip(blocks.fixed);
+        for (reach, (speed, &fixed)) in self.blocks.iter_mut().zip(of_blocks) {
             reach.motion_bound = if fixed {
                 0.0
             } else {
-                SPEED_GAIN * speed * step + LEAST_MOTION_BOUND * blocks.tolerance
+                SPEED_GAIN * speed * speeds.step + LEAST_MOTION_BOUND * blocks.tolerance
             };
         }
         let exceeds = |reach: &MotionBound| reach.moved + reach.motion_bound > reach.allowance;
@@ -270,7 +278,7 @@ impl<const D: usize> CandidateSearch<D> {
             let own = way(surface.main_nodes(pair.main)) + way(surface.target_nodes(pair.target));
             !self.is_near[*number as usize]
                 && surface.distance_lower_bound(pair, before) <= own + blocks.tolerance
-                && surface.cull(pair, before, a + b, blocks.tolerance) == CullingResult::Near
+                && surface.cull(pair, before, blocks.range(a + b)) == CullingResult::Near
         };
         fast.into_iter().any(|block| {
             let reach = self.blocks[block];
@@ -279,56 +287,9 @@ impl<const D: usize> CandidateSearch<D> {
         })
     }
 
-    fn broad_phase(
-        &mut self,
-        blocks: &SearchContext<D>,
-        at: Configuration<D>,
-        may_meet: &dyn Fn([u32; 2]) -> bool,
-    ) {
-        let moving = blocks.fixed.iter().filter(|&&fixed| !fixed).count().max(1);
-        let shares = self.blocks.iter().map(|reach| reach.motion_bound);
-        let mean = shares.sum::<f64>() / moving as f64;
-        let least = (BROAD_PHASE_STEPS * mean).max(BROAD_PHASE_STEPS_AT_REST * blocks.tolerance);
-        for (reach, &fixed) in self.blocks.iter_mut().zip(blocks.fixed) {
-            *reach = MotionBound {
-                motion_bound: reach.motion_bound,
-                allowance: if fixed {
-                    0.0
-                } else {
-                    least.max(BROAD_PHASE_STEPS * reach.motion_bound)
-                },
-                ..MotionBound::default()
-            };
-        }
-        self.origin.clear();
-        let nodes = 0..blocks.block_of.len() as u32;
-        self.origin.extend(nodes.map(|node| at.at(node)));
-        self.last.clone_from(&self.origin);
-        let allowance = |block: u32| self.blocks[block as usize].allowance;
-        let margin = |block| DISTANCE_KEPT * (allowance(block) + 0.5 * blocks.tolerance);
-        let patches = blocks.clusters;
-        let cache = blocks.surface.geometry_cache(patches.features(), None);
-        let at = at.with(cache.as_ref());
-        let pairs = patches.overlapping(blocks.surface, at, &margin, may_meet);
-        let pairs = pairs.into_par_iter().with_min_len(CANDIDATES_PER_TASK);
-        let candidates = pairs.map(|pair| Candidate {
-            pair,
-            blocks: blocks.of(pair),
-            far_until: blocks.surface.distance_lower_bound(pair, at),
-            excluded_until: 0.0,
-            near_until: -1.0,
-        });
-        let within = |candidate: &Candidate| {
-            let [a, b] = candidate.blocks.map(margin);
-            candidate.far_until <= a + b
-        };
-        self.candidates = candidates.filter(within).collect();
-        self.list_candidates();
-    }
-
     /// Returns true if all data fit these numbers of nodes and blocks, and the features that a
     /// surface `has`.
-    pub(crate) fn is_of(&self, nodes: usize, blocks: usize, has: &dyn Fn(Pair) -> bool) -> bool {
+    pub(crate) fn is_of(&self, nodes: usize, blocks: usize, has: &impl Fn(Pair) -> bool) -> bool {
         let is_known = |candidate: &Candidate| {
             let mut of = candidate.blocks.iter();
             has(candidate.pair) && of.all(|&block| (block as usize) < blocks)
@@ -345,37 +306,13 @@ impl<const D: usize> CandidateSearch<D> {
                 .all(|&number| (number as usize) < self.candidates.len())
     }
 
-    /// Computes the data that a checkpoint does not contain.
-    pub(crate) fn restore(&mut self) {
+    /// Makes all anew that a checkpoint does not contain.
+    pub(crate) fn rebuild_workspace(&mut self) {
         self.list_candidates();
         self.is_near = vec![false; self.candidates.len()];
         for &number in &self.found {
             self.is_near[number as usize] = true;
         }
-    }
-
-    /// Lists the candidates by main feature and by block.
-    fn list_candidates(&mut self) {
-        self.active_candidates.forget();
-        let mains = self.candidates.last().map_or(0, |last| last.pair.main + 1);
-        let main = |candidate: &Candidate| candidate.pair.main as usize;
-        self.of_main = starts(self.candidates.iter().map(main), mains as usize);
-        let blocks = |candidate: &Candidate| candidate.blocks.map(|block| block as usize);
-        let all = self.candidates.iter().flat_map(blocks);
-        self.start = starts(all, self.blocks.len());
-        let mut next = self.start.clone();
-        self.of_block.clear();
-        self.of_block.resize(2 * self.candidates.len(), 0);
-        for (number, candidate) in (0..).zip(&self.candidates) {
-            for block in blocks(candidate) {
-                self.of_block[next[block] as usize] = number;
-                next[block] += 1;
-            }
-        }
-    }
-
-    fn candidates_of(&self, block: usize) -> &[u32] {
-        &self.of_block[self.start[block] as usize..self.start[block + 1] as usize]
     }
 
     fn test_all(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
@@ -443,15 +380,15 @@ impl<const D: usize> CandidateSearch<D> {
             let apart = blocks.surface.distance_lower_bound(candidate.pair, at);
             let nearness = if apart <= DISTANCE_CHECKED * (reach + blocks.tolerance) {
                 let surface = blocks.surface;
-                surface.cull(candidate.pair, at, reach, blocks.tolerance)
+                surface.cull(candidate.pair, at, blocks.range(reach))
             } else {
-                CullingResult::Apart
+                CullingResult::Far
             };
-            let lacks = match nearness {
-                CullingResult::Lacks(length) => {
+            let excluded_until = match nearness {
+                CullingResult::ExcludedUntil(length) => {
                     length + CULLING_RATE * way - CULLING_ROUND_OFF * blocks.tolerance
                 }
-                CullingResult::Near | CullingResult::Apart => 0.0,
+                CullingResult::Near | CullingResult::Far => 0.0,
             };
             let held = if nearness == CullingResult::Near {
                 way + f64::max(
@@ -461,18 +398,18 @@ impl<const D: usize> CandidateSearch<D> {
             } else {
                 -1.0
             };
-            (apart + way, lacks, held)
+            (apart + way, excluded_until, held)
         };
         let SearchWorkspace { open, looked, .. } = &mut self.lists;
         let numbers = open.par_iter().with_min_len(CANDIDATES_PER_TASK);
         numbers.map(look).collect_into_vec(looked);
-        for (&number, &(until, lacks, held)) in open.iter().zip(&*looked) {
+        for (&number, &(until, excluded_until, held)) in open.iter().zip(&*looked) {
             let candidate = &mut self.candidates[number as usize];
             (
                 candidate.far_until,
                 candidate.excluded_until,
                 candidate.near_until,
-            ) = (until, lacks, held);
+            ) = (until, excluded_until, held);
             if held >= 0.0 {
                 self.is_near[number as usize] = true;
                 self.found.push(number);
@@ -492,11 +429,12 @@ impl Candidate {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BlockTravel {
     /// Travel so far.
-    pub(crate) way: f64,
+    pub(super) way: f64,
     /// Travel plus the distance that a near feature may have: half of the tolerance counts for
     /// either block.
     pub(crate) distance: f64,
-    /// [`CULLING_RATE`] times the travel, plus the motion bound; compared with `lacks`.
+    /// [`CULLING_RATE`] times the travel, plus the motion bound; compared with
+    /// [`excluded_until`](Candidate::excluded_until).
     pub(crate) turning: f64,
 }
 
@@ -510,20 +448,15 @@ impl MotionBound {
     }
 }
 
-/// Returns the index of the first item of each of `count` owners in a list sorted by owner, and the
-/// end of the list.
-fn starts(owners: impl Iterator<Item = usize>, count: usize) -> Vec<u32> {
-    let mut start = vec![0; count + 1];
-    for owner in owners {
-        start[owner + 1] += 1;
-    }
-    for owner in 0..count {
-        start[owner + 1] += start[owner];
-    }
-    start
-}
-
 impl<const D: usize> SearchContext<'_, D> {
+    /// Returns the range of a relative motion of `reach`, m.
+    fn range(&self, reach: f64) -> CullingRange {
+        CullingRange {
+            reach,
+            tolerance: self.tolerance,
+        }
+    }
+
     /// Returns the blocks of the main and the target feature of a pair.
     pub(crate) fn of(&self, pair: Pair) -> [u32; 2] {
         let main = self.surface.main_nodes(pair.main)[0];
@@ -537,7 +470,7 @@ impl<const D: usize> SearchContext<'_, D> {
         &self,
         at: Configuration<D>,
         distance: f64,
-        may_meet: &dyn Fn([u32; 2]) -> bool,
+        may_meet: &impl Fn([u32; 2]) -> bool,
     ) -> Vec<Pair> {
         let margin = |_| 0.5 * distance;
         self.clusters

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use fastrand::Rng;
 
+use crate::contact::detection::candidates::StepSpeeds;
 use crate::mesh::{Element, ElementKind, Mesh, MeshBlock, tests};
 use crate::model::Model;
 use crate::refinement::dimension::PLANE;
@@ -88,32 +89,34 @@ impl Cost {
     /// Adds the times for the present state, which does not change.
     fn add(&mut self, run: &mut Run<2>) {
         self.outlook += time(3, || run.bound_speeds());
-        let speeds = run.speed_bounds.speeds().to_vec();
+        let speeds = run.workspace.speed_bounds.speeds().to_vec();
         let mut contacts = run.contacts.take().expect("blocks touch");
         let (at, step) = (run.model.positions(&run.state), run.model.step);
-        let search = &mut contacts.search;
-        let blocks = contacts.model_data.blocks(&contacts.fixed);
-        let may_meet = contacts.model_data.may_touch(&contacts.fixed);
-        let (with, near) = ((&*speeds, step), &mut contacts.candidates);
-        let mut find = || search.find_near(&blocks, at.into(), with, &may_meet, near);
+        let search = &mut contacts.state.search;
+        let blocks = contacts.model_data.search_context();
+        let may_meet = |blocks| contacts.model_data.may_touch(blocks);
+        let near = &mut contacts.state.candidates;
+        let speeds = StepSpeeds {
+            bounds: &speeds,
+            step,
+        };
+        let mut find = || search.find_near(&blocks, at.into(), speeds, &may_meet, near);
         self.filter += time(3, &mut find);
         self.broad_phase += time(1, || search.broad_phase(&blocks, at.into(), &may_meet));
         search.find_near(
             &blocks,
             at.into(),
-            with,
+            speeds,
             &may_meet,
-            &mut contacts.candidates,
+            &mut contacts.state.candidates,
         );
-        drop(may_meet);
         contacts.join(run.state.number);
         let number = run.state.number;
         self.joins += time(3, || assert!(!contacts.join(number)));
         self.grouping += time(3, || {
-            contacts.grouped = false;
-            contacts.group(&run.model.inertia, &|node, visit| {
-                (node / 3 * 3..node / 3 * 3 + 3).for_each(visit);
-            });
+            contacts.workspace.islands_outdated = true;
+            let neighbours = run.workspace.neighbours(&run.model.mesh);
+            contacts.group(&run.model.inertia, neighbours);
         });
         run.contacts = Some(contacts);
     }
@@ -136,7 +139,12 @@ fn measure(across: usize, steps: u32) {
     for _ in 0..steps {
         total += time(1, || run.step());
         let contacts = run.contacts.as_ref().expect("blocks touch");
-        let just_searched = contacts.search.blocks.iter().all(|reach| reach.way == 0.0);
+        let just_searched = contacts
+            .state
+            .search
+            .blocks
+            .iter()
+            .all(|reach| reach.way == 0.0);
         searches += u32::from(just_searched);
     }
     let begun = begun(&run) - before;
@@ -160,8 +168,8 @@ fn measure(across: usize, steps: u32) {
         each(cost.filter, looks),
         each(cost.joins, looks),
         each(cost.grouping, looks),
-        contacts.search.candidates.len() as f64 / blocks,
-        contacts.candidates.len() as f64 / blocks,
+        contacts.state.search.candidates.len() as f64 / blocks,
+        contacts.state.candidates.len() as f64 / blocks,
         contacts.contact_points().count() as f64 / blocks,
         begun as f64 / steps / blocks,
     );

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::contact::detection::candidates::{CandidateSearch, SearchContext};
+use crate::contact::detection::candidates::{CandidateSearch, SearchContext, StepSpeeds};
 use crate::contact::detection::clusters::Clusters;
 use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::boundary_3d::Boundary3d;
@@ -133,7 +133,7 @@ impl Crowd {
             self.may_meet(blocks.of(pair))
                 && blocks.surface.distance_lower_bound(pair, at)
                     <= DISTANCE_CHECKED * (reach + TOLERANCE)
-                && self.boundary.cull(pair, at, reach, TOLERANCE) == CullingResult::Near
+                && self.boundary.cull(pair, at, blocks.range(reach)) == CullingResult::Near
         })
         .collect()
     }
@@ -173,7 +173,7 @@ proptest! {
         let crowd = Crowd::new(stones);
         let still = vec![[0.0; 2]; crowd.block_of.len()];
         let [mut whole, mut late] = [CandidateSearch::default(), CandidateSearch::default()];
-        let (with, mut near) = ((&*crowd.speeds, step), Vec::new());
+        let (speeds, mut near) = (StepSpeeds { bounds: &crowd.speeds, step }, Vec::new());
         for number in 0..40 {
             let nodes = crowd.positions(step * number as f64);
             let at = Configuration::new(&nodes, &still);
@@ -183,7 +183,7 @@ proptest! {
                     continue;
                 }
                 let before = pairs(search);
-                search.find_near(&crowd.blocks(), at, with, &may_meet, &mut near);
+                search.find_near(&crowd.blocks(), at, speeds, &may_meet, &mut near);
                 prop_assert_eq!(not_rightly_found(&near, &crowd.near(at, &shares(search)), &before), None);
                 for pair in &near {
                     prop_assert!(search.is_near(*pair));
@@ -218,8 +218,11 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
             let (at, may_meet) = (Configuration::new(&nodes, &still), |blocks| {
                 crowd.may_meet(blocks)
             });
-            let with = (&*crowd.speeds, 0.1);
-            search.find_near(&crowd.blocks(), at, with, &may_meet, &mut Vec::new());
+            let speeds = StepSpeeds {
+                bounds: &crowd.speeds,
+                step: 0.1,
+            };
+            search.find_near(&crowd.blocks(), at, speeds, &may_meet, &mut Vec::new());
         }
         search.exceeded_bounds()
     };
@@ -368,17 +371,17 @@ proptest! {
             let at = Configuration::new(&mesh.nodes, &displacement);
             // The motion bounds are smaller than the displacements of nodes, so that more depends
             // on the bounds.
-            let (with, mut near) = ((&*speeds, 0.05 * step), Vec::new());
+            let (speeds, mut near) = (StepSpeeds { bounds: &speeds, step: 0.05 * step }, Vec::new());
             for (search, from) in [(&mut whole, 0), (&mut late, from)] {
                 if (number as usize) < from {
                     continue;
                 }
                 let before = pairs(search);
-                search.find_near(&blocks, at, with, &may_meet, &mut near);
+                search.find_near(&blocks, at, speeds, &may_meet, &mut near);
                 let expected: Vec<Pair> = all.iter().copied().filter(|&pair| {
                     let [a, b] = blocks.of(pair).map(|block| search.blocks[block as usize].motion_bound);
                     boundary.distance_lower_bound(pair, at) <= DISTANCE_CHECKED * (a + b + TOLERANCE)
-                        && boundary.cull(pair, at, a + b, TOLERANCE) == CullingResult::Near
+                        && boundary.cull(pair, at, blocks.range(a + b)) == CullingResult::Near
                 }).collect();
                 prop_assert_eq!(not_rightly_found(&near, &expected, &before), None);
             }
@@ -422,8 +425,11 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
             });
         let warped: Vec<[f64; 3]> = warped.collect();
         let at = Configuration::new(&mesh.nodes, &warped);
-        let with = (&[0.0, 1e-3][..], 1e-3);
-        search.find_near(&blocks, at, with, &|[a, b]| a != b, &mut near);
+        let speeds = StepSpeeds {
+            bounds: &[0.0, 1e-3],
+            step: 1e-3,
+        };
+        search.find_near(&blocks, at, speeds, &|[a, b]| a != b, &mut near);
         if number == 0 {
             let lacking = search
                 .candidates

@@ -3,7 +3,9 @@
 #![allow(clippy::print_stdout)] // the figures are the report
 
 use crate::contact::surface::boundary_2d::Boundary2d;
-use crate::contact::surface::{Configuration, Distance, Pair, TimeOfImpact, Topology};
+use crate::contact::surface::{
+    Configuration, ConstantMotion, Distance, Pair, TimeOfImpact, Topology,
+};
 use crate::contact::verification::exact::{
     DEPTH, ExactTouch, Features, Polynomial, Query, QueryKind, bound, difference, dot,
 };
@@ -24,8 +26,7 @@ struct Judged {
 struct Trial<'a> {
     query: &'a Query<2>,
     boundary: &'a Boundary2d,
-    at: Configuration<'a, 2>,
-    velocity: &'a [[f64; 2]],
+    motion: ConstantMotion<'a, 2>,
 }
 
 impl Trial<'_> {
@@ -48,8 +49,7 @@ impl Trial<'_> {
     }
 
     fn found(&self, pair: Pair) -> Option<f64> {
-        self.boundary
-            .time_of_impact(pair, self.at, self.velocity, 1.0, DEPTH)
+        self.boundary.time_of_impact(pair, self.motion, 1.0, DEPTH)
     }
 
     fn pairs(&self) -> impl Iterator<Item = Pair> {
@@ -66,11 +66,11 @@ impl Trial<'_> {
             return;
         };
         let outside = |time: f64| {
-            let then = self.at.after(self.velocity, time);
+            let then = self.motion.after(time);
             self.boundary.project(pair, then).outside
         };
         // A vertex that comes in round an end is behind the line of the edge at that time.
-        let deepest = DEPTH * self.boundary.target_size(pair.target, self.at);
+        let deepest = DEPTH * self.boundary.target_size(pair.target, self.motion.at);
         let is_touch = self
             .features(self.nodes(pair))
             .touch_at(found, deepest, outside);
@@ -144,8 +144,10 @@ fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
         let trial = Trial {
             query: &query,
             boundary: &Boundary2d::new(&mesh, 1.0),
-            at: Configuration::new(&mesh.nodes, &still),
-            velocity: &velocity,
+            motion: ConstantMotion {
+                at: Configuration::new(&mesh.nodes, &still),
+                velocity: &velocity,
+            },
         };
         for pair in trial.pairs() {
             trial.judge_found(pair, &mut judged);
@@ -159,11 +161,8 @@ fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
 /// Judges all draws, `count` times each. The least numbers of touches in a thousand queries are a
 /// half to two thirds of the measured ones.
 fn judge_all(count: usize) {
-    for (seed, draw) in [QueryKind::Wide, QueryKind::Narrow, QueryKind::Whole]
-        .into_iter()
-        .enumerate()
-    {
-        let judged = judge(seed as u64, count, draw);
+    for (seed, draw) in (0..).zip(QueryKind::ALL) {
+        let judged = judge(seed, count, draw);
         let at_ends = if matches!(draw, QueryKind::Wide) {
             0
         } else {

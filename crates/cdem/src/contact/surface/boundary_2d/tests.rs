@@ -4,7 +4,9 @@ use proptest::prelude::*;
 
 use crate::contact::narrow_phase::feature_selection::select_feature_pair;
 use crate::contact::surface::boundary_2d::Boundary2d;
-use crate::contact::surface::{Configuration, Distance, Pair, TimeOfImpact, Topology};
+use crate::contact::surface::{
+    Configuration, ConstantMotion, Distance, Pair, TimeOfImpact, Topology,
+};
 use crate::math::vector::{add, scale};
 use crate::mesh::{Element, ElementKind, Mesh, MeshBlock};
 
@@ -63,10 +65,14 @@ impl Meeting {
         assert_eq!(boundary.main_nodes(0), [0]);
         let still = vec![[0.0; 2]; 6];
         let at = Configuration::new(&self.mesh.nodes, &still);
-        let found = boundary.time_of_impact(pair, at, &self.velocity, duration, depth);
+        let motion = ConstantMotion {
+            at,
+            velocity: &self.velocity,
+        };
+        let found = boundary.time_of_impact(pair, motion, duration, depth);
         let look = |k: usize| {
             let time = duration * k as f64 / SAMPLES as f64;
-            let projection = boundary.project(pair, at.after(&self.velocity, time));
+            let projection = boundary.project(pair, motion.after(time));
             (time, projection.gap, projection.outside)
         };
         let mut seen = None;
@@ -174,13 +180,14 @@ proptest! {
         let down = (0..9).map(|node| if node < 3 { [c, -s] } else { [0.0; 2] });
         let (still, velocity) = (vec![[0.0; 2]; 9], down.collect::<Vec<_>>());
         let at = Configuration::new(&mesh.nodes, &still);
-        let end = at.after(&velocity, way);
+        let motion = ConstantMotion { at, velocity: &velocity };
+        let end = motion.after(way);
         let [_, targets] = &boundary.families()[0];
         let times = targets.clone().filter_map(|target| {
             let pair = Pair { main: 0, target };
-            let time = boundary.time_of_impact(pair, at, &velocity, way, tolerance)?;
-            let moments = [at.after(&velocity, time), end];
-            let rightful = select_feature_pair(&boundary, pair, moments, tolerance, &|_| true)?;
+            let time = boundary.time_of_impact(pair, motion, way, tolerance)?;
+            let moments = [motion.after(time), end];
+            let rightful = select_feature_pair(&boundary, pair, moments, tolerance, |_| true)?;
             let [x, _] = boundary.normal(rightful, at)?;
             (x < 0.0).then_some(time) // the right side
         });

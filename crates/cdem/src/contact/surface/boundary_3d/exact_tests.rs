@@ -4,7 +4,7 @@
 
 use crate::contact::surface::boundary_3d::tests::all_pairs;
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
-use crate::contact::surface::{Configuration, Distance, Pair, TimeOfImpact};
+use crate::contact::surface::{Configuration, ConstantMotion, Distance, Pair, TimeOfImpact};
 use crate::contact::tolerances::FOOT_ROUND_OFF;
 use crate::contact::verification::exact::{
     DEPTH, FOOT, Features, Query, QueryKind, bound, cross, difference, dot,
@@ -16,7 +16,7 @@ fn features(query: &Query<3>, boundary: &Boundary3d, pair: Pair) -> Features {
     let triangulation = &boundary.triangulation;
     let path = |corner: u32| query.path(triangulation.nodes_of_corner(corner)[0]);
     match boundary.feature_pair(pair) {
-        FeaturePair::Facing { vertex, triangle } => {
+        FeaturePair::PointTriangle { vertex, triangle } => {
             let p = path(vertex);
             let abc = triangulation.triangles[triangle as usize].corners.map(path);
             let sides = [1, 2].map(|k| difference(&abc[k], &abc[0]));
@@ -33,7 +33,7 @@ fn features(query: &Query<3>, boundary: &Boundary3d, pair: Pair) -> Features {
                 bound: bound(&[&from, &sides[0], &sides[1]]),
             }
         }
-        FeaturePair::Crossing { main, target } => {
+        FeaturePair::EdgeEdge { main, target } => {
             let [one, other] =
                 [main, target].map(|e| triangulation.edges[e as usize].ends.map(path));
             let along = [&one, &other].map(|[a, b]| difference(b, a));
@@ -69,8 +69,7 @@ struct Judged {
 struct Trial<'a> {
     query: &'a Query<3>,
     boundary: &'a Boundary3d,
-    at: Configuration<'a, 3>,
-    velocity: &'a [[f64; 3]],
+    motion: ConstantMotion<'a, 3>,
     pair: Pair,
     found: Option<f64>,
 }
@@ -79,16 +78,16 @@ impl Trial<'_> {
     fn is_crossing(&self) -> bool {
         matches!(
             self.boundary.feature_pair(self.pair),
-            FeaturePair::Crossing { .. }
+            FeaturePair::EdgeEdge { .. }
         )
     }
 
     /// True if the normal is the cross product of the directions of the edges; `None` if unclear.
     fn is_forward(&self, time: f64) -> Option<bool> {
-        let FeaturePair::Crossing { main, target } = self.boundary.feature_pair(self.pair) else {
+        let FeaturePair::EdgeEdge { main, target } = self.boundary.feature_pair(self.pair) else {
             return Some(true);
         };
-        let then = self.at.after(self.velocity, time);
+        let then = self.motion.after(time);
         let crossing = self.boundary.edge_edge(main, target, then)?;
         // The normal of a triangle that shrinks to a line is arbitrary.
         let least_height = |edge: u32| {
@@ -127,7 +126,7 @@ impl Trial<'_> {
             return;
         }
         let outside = |time: f64| {
-            let then = self.at.after(self.velocity, time);
+            let then = self.motion.after(time);
             self.boundary.project(self.pair, then).outside
         };
         let features = self.features(forward);
@@ -189,17 +188,19 @@ fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
         let (mesh, velocity) = query.mesh();
         let boundary = Boundary3d::new(&mesh, 1e-6);
         let still = vec![[0.0; 3]; 8];
-        let at = Configuration::new(&mesh.nodes, &still);
+        let motion = ConstantMotion {
+            at: Configuration::new(&mesh.nodes, &still),
+            velocity: &velocity,
+        };
         let pairs = all_pairs(&boundary);
         for _ in 0..8 {
             let pair = pairs[random.usize(..pairs.len())];
             let trial = Trial {
                 query: &query,
                 boundary: &boundary,
-                at,
-                velocity: &velocity,
+                motion,
                 pair,
-                found: boundary.time_of_impact(pair, at, &velocity, 1.0, DEPTH),
+                found: boundary.time_of_impact(pair, motion, 1.0, DEPTH),
             };
             trial.judge_found(&mut judged);
             trial.judge_touches(&mut judged);
@@ -212,11 +213,8 @@ fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
 /// Judges all draws, `count` times each. The least numbers of touches in a thousand queries, within
 /// features and at rims, are a half to two thirds of the measured ones.
 fn judge_all(count: usize) {
-    for (seed, draw) in [QueryKind::Wide, QueryKind::Narrow, QueryKind::Whole]
-        .into_iter()
-        .enumerate()
-    {
-        let judged = judge(seed as u64, count, draw);
+    for (seed, draw) in (0..).zip(QueryKind::ALL) {
+        let judged = judge(seed, count, draw);
         let on_rims = !matches!(draw, QueryKind::Wide);
         let least = |of_thousand: [usize; 2]| {
             let [within, on_rim] = of_thousand.map(|share| share * count / 1000);

@@ -4,11 +4,15 @@
 //! are the vertices, then the edges; target features are the triangles, then the edges.
 
 #[cfg(test)]
+mod area_tests;
+#[cfg(test)]
 mod exact_tests;
 #[cfg(test)]
 mod sharp_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod touch_tests;
 
 use std::ops::Range;
 
@@ -29,9 +33,9 @@ pub(crate) struct Boundary3d {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum FeaturePair {
     /// A vertex against a triangle.
-    Facing { vertex: u32, triangle: u32 },
+    PointTriangle { vertex: u32, triangle: u32 },
     /// Two edges.
-    Crossing { main: u32, target: u32 },
+    EdgeEdge { main: u32, target: u32 },
 }
 
 impl Boundary3d {
@@ -45,12 +49,12 @@ impl Boundary3d {
     pub(crate) fn feature_pair(&self, pair: Pair) -> FeaturePair {
         let triangles = self.triangulation.triangles.len() as u32;
         if pair.main < self.triangulation.vertex_count {
-            FeaturePair::Facing {
+            FeaturePair::PointTriangle {
                 vertex: pair.main,
                 triangle: pair.target,
             }
         } else {
-            FeaturePair::Crossing {
+            FeaturePair::EdgeEdge {
                 main: pair.main - self.triangulation.vertex_count,
                 target: pair.target - triangles,
             }
@@ -142,8 +146,8 @@ impl Topology<3> for Boundary3d {
 
     fn is_canonical(&self, pair: Pair) -> bool {
         match self.feature_pair(pair) {
-            FeaturePair::Facing { .. } => true,
-            FeaturePair::Crossing { main, target } => main < target,
+            FeaturePair::PointTriangle { .. } => true,
+            FeaturePair::EdgeEdge { main, target } => main < target,
         }
     }
 }

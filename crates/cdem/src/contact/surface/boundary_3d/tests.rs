@@ -1,18 +1,16 @@
-//! Jacobians under rigid motion, culling, tributary areas.
+//! Jacobians under rigid motion, culling, the geometry cache; meshes for other tests.
 
 use proptest::prelude::*;
 use rayon::prelude::*;
 
-use crate::contact::narrow_phase::feature_selection::select_feature_pair;
-use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
+use crate::contact::surface::boundary_3d::Boundary3d;
 use crate::contact::surface::{
-    Configuration, ContactGeometry, ContactJacobian, CullingResult, Distance, GapAllowance, Pair,
-    TimeOfImpact, Topology,
+    Configuration, ConstantMotion, ContactGeometry, ContactJacobian, CullingRange, CullingResult,
+    Distance, GapAllowance, JacobianAnchor, Pair, TimeOfImpact, Topology,
 };
-use crate::contact::tolerances::{CULLING_RATE, VOLUME_ROUND_OFF};
+use crate::contact::tolerances::CULLING_RATE;
 use crate::math::vector::{add, add_scaled, cross, dot, norm, scale, sub};
-use crate::mesh::{self, Element, ElementKind, Mesh, MeshBlock};
-use crate::scene::Geometry;
+use crate::mesh::{Element, ElementKind, Mesh, MeshBlock};
 
 /// One element for each block, each with its own nodes.
 pub(super) fn mesh(cells: &[(ElementKind, &[[f64; 3]])]) -> Mesh<3> {
@@ -70,6 +68,11 @@ pub(super) fn all_pairs(boundary: &Boundary3d) -> Vec<Pair> {
     pairs
 }
 
+/// Returns the range of a relative motion and a tolerance, m.
+pub(super) fn range(reach: f64, tolerance: f64) -> CullingRange {
+    CullingRange { reach, tolerance }
+}
+
 /// All results for the pairs of a drift, as text: numbers with all their digits.
 fn answers(boundary: &Boundary3d, at: Configuration<3>, velocity: &[[f64; 3]]) -> Vec<String> {
     let slack = GapAllowance {
@@ -77,15 +80,16 @@ fn answers(boundary: &Boundary3d, at: Configuration<3>, velocity: &[[f64; 3]]) -
         depth: 1e-8,
         clear: f64::INFINITY,
     };
+    let motion = ConstantMotion { at, velocity };
     let ask = |pair: &Pair| {
         let pair = *pair;
         let place = (
             boundary.project(pair, at),
             boundary.distance_lower_bound(pair, at),
         );
-        let nearness = boundary.cull(pair, at, 0.1, 1e-4);
-        let rests = boundary.stays_in_contact(pair, at, velocity, 0.1, slack);
-        let time = boundary.time_of_impact(pair, at, velocity, 0.1, 1e-4);
+        let nearness = boundary.cull(pair, at, range(0.1, 1e-4));
+        let rests = boundary.stays_in_contact(pair, motion, 0.1, slack);
+        let time = boundary.time_of_impact(pair, motion, 0.1, 1e-4);
         format!("{place:?} {nearness:?} {rests} {time:?}")
     };
     all_pairs(boundary).par_iter().map(ask).collect()
@@ -121,181 +125,6 @@ proptest! {
 }
 
 proptest! {
-    /// Ridges that fall across each other touch in time, however small the angle between them.
-    /// Either the edges touch, or the ends of the upper edge do. The ends do if they lie beside the
-    /// lower edge by at most a tenth of the tolerance, or by a ten millionth of their length, and
-    /// they sink in on its slopes by as much.
-    #[test]
-    fn ridges_that_are_all_but_parallel_touch_in_time(
-        angle in (-9.0..-1.0_f64).prop_map(|power| 10.0_f64.powf(power)),
-        tolerance in (-6.0..-3.0_f64).prop_map(|power| 10.0_f64.powf(power)),
-        size in 0.5..50.0_f64,
-    ) {
-        let (s, c) = angle.sin_cos();
-        let lower = [[-1.5, 0.0, 0.0], [1.5, 0.0, 0.0], [0.0, -1.0, -1.0], [0.0, 1.0, -1.0]];
-        let upper = [[-c, -s, 0.1], [c, s, 0.1], [0.0, 1.0, 1.1], [0.0, -1.0, 1.1]];
-        let [lower, upper] = [lower, upper].map(|nodes| nodes.map(|x| scale(size, &x)));
-        let mesh = mesh(&[(ElementKind::Tet4, &lower), (ElementKind::Tet4, &upper)]);
-        let boundary = Boundary3d::new(&mesh, tolerance);
-        let still = [[0.0; 3]; 8];
-        let falls = |node: usize| [0.0, 0.0, if node < 4 { 0.0 } else { -size }];
-        let velocity: [[f64; 3]; 8] = std::array::from_fn(falls);
-        let at = Configuration::new(&mesh.nodes, &still);
-        let times = all_pairs(&boundary).into_iter().filter_map(|pair| {
-            boundary.time_of_impact(pair, at, &velocity, 1.0, tolerance)
-        });
-        let first = times.fold(f64::MAX, f64::min);
-        let late = size * (first - 0.1);
-        prop_assert!(late <= 0.11 * tolerance + 1.1e-7 * size, "{late:e}");
-        // Edges, their distance and its change in a second are at most 3 sizes long.
-        let round_off = 3.0 * VOLUME_ROUND_OFF / f64::max(angle, 1e-7) * size;
-        prop_assert!(late >= -round_off, "{late:e}");
-    }
-}
-
-const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
-
-/// Hexahedra of 1 m in the plane, with the height of their tops given at each node.
-fn bed(across: [usize; 2], top: impl Fn(f64, f64) -> f64) -> Vec<(ElementKind, Vec<[f64; 3]>)> {
-    let columns = (0..across[0]).flat_map(|x| (0..across[1]).map(move |y| [x as f64, y as f64]));
-    let cells = columns.map(|[x, y]| {
-        let ring = [[x, y], [x + 1.0, y], [x + 1.0, y + 1.0], [x, y + 1.0]];
-        let below = ring.map(|[x, y]| [x, y, top(x, y) - 1.0]);
-        let above = ring.map(|[x, y]| [x, y, top(x, y)]);
-        (ElementKind::Hex8, [below, above].concat())
-    });
-    cells.collect()
-}
-
-/// Returns the time at which a tetrahedron that moves by `way` along a unit vector, at 1 m/s, first
-/// touches a bed of one block. `held` is the normal of triangles that it already touches.
-fn touches_bed(
-    bed: &[(ElementKind, Vec<[f64; 3]>)],
-    tip: [[f64; 3]; 4],
-    (along, held): ([f64; 3], Option<[f64; 3]>),
-    (way, tolerance): (f64, f64),
-) -> Option<f64> {
-    let mut mesh = joined(bed);
-    let first = mesh.nodes.len() as u32;
-    mesh.nodes.extend(tip);
-    mesh.elements.push(Element::new(
-        ElementKind::Tet4,
-        &[first, first + 1, first + 2, first + 3],
-    ));
-    let count = mesh.elements.len() as u32;
-    mesh.blocks.push(MeshBlock {
-        name: "tip".to_owned(),
-        source: 1,
-        nodes: first..first + 4,
-        elements: count - 1..count,
-    });
-    let boundary = Boundary3d::new(&mesh, tolerance);
-    let still = vec![[0.0; 3]; mesh.nodes.len()];
-    let mut velocity = still.clone();
-    velocity[first as usize..].fill(along);
-    let at = Configuration::new(&mesh.nodes, &still);
-    let end = at.after(&velocity, way);
-    let times = all_pairs(&boundary).into_iter().filter_map(|pair| {
-        let is_near = boundary.cull(pair, at, way, tolerance) == CullingResult::Near;
-        let time = boundary.time_of_impact(pair, at, &velocity, way, tolerance)?;
-        let then = at.after(&velocity, time);
-        let rightful = select_feature_pair(&boundary, pair, [then, end], tolerance, &|_| true)?;
-        let normal = boundary.normal(rightful, then)?;
-        let is_held = held.is_some_and(|held| dot(&held, &normal) > 1.0 - 1e-9);
-        (is_near && !is_held).then_some(time)
-    });
-    times.min_by(f64::total_cmp)
-}
-
-/// One block of cells, which share nodes at the same position.
-fn joined(cells: &[(ElementKind, Vec<[f64; 3]>)]) -> Mesh<3> {
-    let mut mesh = Mesh::default();
-    for (kind, corners) in cells {
-        let numbers = corners.iter().map(|corner| {
-            let known = mesh.nodes.iter().position(|node| node == corner);
-            known.unwrap_or_else(|| {
-                mesh.nodes.push(*corner);
-                mesh.nodes.len() - 1
-            }) as u32
-        });
-        let numbers: Vec<u32> = numbers.collect();
-        mesh.elements.push(Element::new(*kind, &numbers));
-    }
-    mesh.blocks.push(MeshBlock {
-        name: "bed".to_owned(),
-        source: 0,
-        nodes: 0..mesh.nodes.len() as u32,
-        elements: 0..mesh.elements.len() as u32,
-    });
-    mesh
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40))]
-
-    /// A straight edge that falls on many elements whose faces are slightly convex sinks in by a
-    /// quarter of the tolerance at most.
-    #[test]
-    fn a_long_edge_touches_a_face_that_bulges_little(
-        turn in (-7.0..-2.0_f64).prop_map(|power| 10.0_f64.powf(power)),
-        half in 1..12_usize,
-        turned in -0.2..0.2_f64,
-    ) {
-        let (middle, tolerance) = (half as f64, 1e-4);
-        let bed = bed([2 * half, 3], |x, _| -0.5 * turn * (x - middle).powi(2));
-        let (s, c) = turned.sin_cos();
-        let place = |along: f64, across: f64, z: f64| {
-            [middle + along * c - across * s, 1.5 + along * s + across * c, 0.1 + z]
-        };
-        let reach = middle + 1.0;
-        let blade = [place(-reach, 0.0, 0.0), place(reach, 0.0, 0.0), place(0.0, 3.0, 3.0), place(0.0, -3.0, 3.0)];
-        let time = touches_bed(&bed, blade, (DOWN, None), (0.2, tolerance));
-        let late = time.map(|time| time - 0.1);
-        prop_assert!(late.is_some_and(|late| (-1e-9..=0.25 * tolerance).contains(&late)), "{late:?}");
-    }
-
-    /// A point that slides down one side of a dent, with a small penetration, touches the other
-    /// side before its penetration there is larger.
-    #[test]
-    fn what_slides_into_a_dent_touches_its_other_side(
-        turn in 0.021..1.5_f64,
-        depth in 0.0..0.9_f64,
-        place in 0.1..0.9_f64,
-    ) {
-        let tolerance = 1e-4;
-        let (s, c) = (0.5 * turn).sin_cos();
-        let bed = bed([2, 1], |x, _| s / c * (x - 1.0).abs());
-        let [way, deep] = [0.02, depth * tolerance];
-        // On the left side, which falls to the right.
-        let tip = [1.0 - 0.01 * c - deep * s, place, 0.01 * s - deep * c];
-        let corner = |x: f64, y: f64| add(&tip, &[x, y, 0.5]);
-        let tip = [tip, corner(0.05, -0.05), corner(0.0, 0.05), corner(-0.05, -0.05)];
-        let time = touches_bed(&bed, tip, ([c, 0.0, -s], Some([s, 0.0, c])), (way, tolerance));
-        // 0.01 m down to the middle, less or more by the penetration in the left side.
-        let beyond = time.map(|time| (time - 0.01) * turn.sin());
-        prop_assert!(beyond.is_some_and(|beyond| beyond <= tolerance), "{time:?}");
-    }
-
-    /// A point that starts in a dent with the largest allowed penetration touches, however flat the
-    /// dent is.
-    #[test]
-    fn what_is_in_a_dent_touches(
-        turn in (-7.0..0.0_f64).prop_map(|power| 10.0_f64.powf(power)),
-        depth in 0.0..1.0_f64,
-        aside in -1e-4..1e-4_f64,
-    ) {
-        let tolerance = 1e-4;
-        let slope = (0.5 * turn).tan();
-        let bed = bed([2, 2], |x, y| slope * ((x - 1.0).abs() + (y - 1.0).abs()));
-        let tip = [1.0 + aside, 1.0, slope * aside.abs() - depth * tolerance];
-        let corner = |x: f64, y: f64| add(&tip, &[x, y, 0.5]);
-        let tip = [tip, corner(0.2, -0.15), corner(-0.05, 0.2), corner(-0.15, -0.15)];
-        let time = touches_bed(&bed, tip, (DOWN, None), (tolerance, tolerance));
-        prop_assert!(time.is_some());
-    }
-}
-
-proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
     /// No rigid motion of both blocks together is a relative motion, and no impulse changes the
@@ -324,7 +153,8 @@ proptest! {
             }
             let jacobian = boundary.jacobian(pair, &anchor, at);
             // Nothing of the previous Jacobian in this storage remains.
-            boundary.assemble_jacobian(&mut used, pair, &anchor, at, None);
+            let place = JacobianAnchor { foot: &anchor, along: None };
+            boundary.assemble_jacobian(&mut used, pair, place, at);
             let of = |jacobian: &ContactJacobian<3>| {
                 let rows = jacobian.rows[..jacobian.count].to_vec();
                 (jacobian.nodes().to_vec(), rows, jacobian.frame, jacobian.offset)
@@ -347,9 +177,9 @@ proptest! {
         }
     }
 
-    /// The length of [`CullingResult::Lacks`] shrinks by no more than the given rate.
+    /// The length of [`CullingResult::ExcludedUntil`] shrinks by no more than the given rate.
     #[test]
-    fn what_lacks_to_touch_stays_until_nodes_have_moved_far_enough(
+    fn what_is_excluded_stays_so_until_nodes_have_moved_far_enough(
         warp in proptest::array::uniform8(vector(0.1)),
         shift in vector(0.3),
         flat in 1e-2..1.0_f64,
@@ -367,7 +197,7 @@ proptest! {
         let still = vec![[0.0; 3]; 16];
         let at = Configuration::new(&mesh.nodes, &still);
         for pair in all_pairs(&boundary) {
-            let CullingResult::Lacks(length) = boundary.cull(pair, at, reach, tolerance) else {
+            let CullingResult::ExcludedUntil(length) = boundary.cull(pair, at, range(reach, tolerance)) else {
                 continue;
             };
             if length <= reach {
@@ -379,7 +209,7 @@ proptest! {
                 scale(own * way / norm(&ways[node]), &ways[node])
             }).collect();
             let then = Configuration::new(&mesh.nodes, &moved);
-            let nearness = boundary.cull(pair, then, reach, tolerance);
+            let nearness = boundary.cull(pair, then, range(reach, tolerance));
             prop_assert!(nearness != CullingResult::Near, "{pair:?} {length:e}");
         }
     }
@@ -456,89 +286,5 @@ fn a_quadrilateral_is_four_triangles_about_its_mean() {
         let normal = boundary.triangulation.normal(triangle, at);
         // The mean of a face of the unit cube lies half its edge from the centre.
         assert!(norm(&sub(&normal, &crate::math::vector::scale(2.0, &out))) < 1e-15);
-    }
-}
-
-/// Closes touching pairs: the contacts of two blocks, each once.
-fn contacts_of(boundary: &Boundary3d, at: Configuration<3>, tolerance: f64) -> Vec<Pair> {
-    let mut contacts: Vec<Pair> = Vec::new();
-    for pair in all_pairs(boundary) {
-        let projection = boundary.project(pair, at);
-        let touches = projection.gap.abs() <= tolerance && projection.outside <= tolerance;
-        let counts = match boundary.feature_pair(pair) {
-            FeaturePair::Crossing { main, target } => [main, target]
-                .iter()
-                .all(|&edge| boundary.triangulation.is_sharp(edge, at)),
-            FeaturePair::Facing { .. } => true,
-        };
-        let known = |other: &Pair| boundary.same_contact(*other, pair, at, tolerance);
-        if touches && counts && boundary.in_normal_cone(pair, at) && !contacts.iter().any(known) {
-            contacts.push(pair);
-        }
-    }
-    contacts
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40))]
-
-    /// For two boxes in any position, with any divisions, the contacts of their faces share the
-    /// area of the overlap.
-    #[test]
-    fn contacts_share_the_whole_area(
-        shift in [-0.9..0.9_f64, -0.9..0.9_f64],
-        angle in 0.0..3.0_f64,
-        below in [1..4_usize, 1..4_usize],
-        above in [1..4_usize, 1..4_usize],
-        triangles in any::<bool>(),
-    ) {
-        let element = if triangles { ElementKind::Tet4 } else { ElementKind::Hex8 };
-        let cube = |name: &str, low: f64, divisions: [usize; 2]| {
-            let geometry = Geometry::Box {
-                min: vec![-0.5, -0.5, low],
-                max: vec![0.5, 0.5, low + 1.0],
-                divisions: vec![divisions[0], divisions[1], 1],
-                element,
-            };
-            mesh::tests::block(name, geometry)
-        };
-        let blocks = vec![cube("below", -1.0, below), cube("above", 0.0, above)];
-        let mut mesh: Mesh<3> = mesh::tests::shapes(blocks).expect("boxes mesh");
-        let (sine, cosine) = angle.sin_cos();
-        for node in mesh.blocks[1].nodes.clone() {
-            let [x, y, z] = mesh.nodes[node as usize];
-            mesh.nodes[node as usize] =
-                [cosine * x - sine * y + shift[0], sine * x + cosine * y + shift[1], z];
-        }
-        let still = vec![[0.0; 3]; mesh.nodes.len()];
-        let at = Configuration::new(&mesh.nodes, &still);
-        let boundary = Boundary3d::new(&mesh, 1e-6);
-        let contacts = contacts_of(&boundary, at, 1e-6);
-        let sum: f64 = contacts.iter().map(|&pair| boundary.classify(pair, at, 1e-6).1).sum();
-        let corners = |number: usize| {
-            let nodes = mesh.blocks[number].nodes.clone();
-            let outer = nodes.filter(|&node| {
-                let [x, y, z] = mesh.nodes[node as usize];
-                let from = if number == 1 { [x - shift[0], y - shift[1]] } else { [x, y] };
-                z == 0.0 && f64::hypot(from[0], from[1]) > 0.7
-            });
-            let mut outer: Vec<[f64; 2]> = outer
-                .map(|node| [mesh.nodes[node as usize][0], mesh.nodes[node as usize][1]])
-                .collect();
-            let [mx, my] = if number == 1 { shift } else { [0.0; 2] };
-            outer.sort_by(|a, b| {
-                f64::atan2(a[1] - my, a[0] - mx).total_cmp(&f64::atan2(b[1] - my, b[0] - mx))
-            });
-            outer
-        };
-        let common = crate::contact::narrow_phase::tributary_area::common_area(&corners(0), &corners(1));
-        // Pieces smaller than the tolerance have no corners of their own.
-        prop_assert!((sum - common).abs() < 1e-5, "{sum} of {common}, {} contacts", contacts.len());
-        let kinds = contacts.iter().map(|&pair| boundary.classify(pair, at, 1e-6).0);
-        if common > 0.01 {
-            for kind in kinds {
-                prop_assert_eq!(kind, crate::contact::surface::contact_kind::ContactKind::FaceFace);
-            }
-        }
     }
 }

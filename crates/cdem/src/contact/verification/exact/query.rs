@@ -15,6 +15,11 @@ pub(crate) enum QueryKind {
     Whole,
 }
 
+impl QueryKind {
+    /// All distributions.
+    pub(crate) const ALL: [Self; 3] = [Self::Wide, Self::Narrow, Self::Whole];
+}
+
 /// A triangle or tetrahedron, and another.
 #[derive(Debug)]
 pub(crate) struct Query<const D: usize> {

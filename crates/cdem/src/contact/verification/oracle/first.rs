@@ -2,7 +2,9 @@
 
 use crate::contact::detection::candidates::Clusters;
 use crate::contact::narrow_phase::feature_selection::select_feature_pair;
-use crate::contact::surface::{Configuration, CullingResult, Pair, Projection, Surface};
+use crate::contact::surface::{
+    Configuration, ConstantMotion, CullingRange, CullingResult, Pair, Projection, Surface,
+};
 use crate::contact::verification::oracle::TOLERANCE;
 use crate::contact::verification::oracle::meeting::BlockEncounter;
 use crate::contact::verification::oracle::space::OracleSpace;
@@ -50,15 +52,20 @@ impl<const D: usize> First<D> {
         let clusters = Clusters::new(&*surface, &block_of, &meeting.mesh.nodes);
         let margin = |_| 0.5 * (reach + TOLERANCE);
         let mut near = clusters.overlapping(&*surface, at, &margin, &|[a, b]| a != b);
-        near.retain(|pair| surface.cull(*pair, at, reach, TOLERANCE) == CullingResult::Near);
+        let range = CullingRange {
+            reach,
+            tolerance: TOLERANCE,
+        };
+        near.retain(|pair| surface.cull(*pair, at, range) == CullingResult::Near);
         let cache = surface.geometry_cache(all.len(), None);
         let at = at.with(cache.as_ref());
         let touch = |pair: &Pair| {
             let velocity = &meeting.velocity;
-            let time = surface.time_of_impact(*pair, at, velocity, 1.0, TOLERANCE)?;
+            let motion = ConstantMotion { at, velocity };
+            let time = surface.time_of_impact(*pair, motion, 1.0, TOLERANCE)?;
             // A whole drift later, as for the touches of a step.
-            let moments = [time, time + 1.0].map(|time| at.after(velocity, time));
-            let rightful = select_feature_pair(&*surface, *pair, moments, TOLERANCE, &|_| true)?;
+            let moments = [time, time + 1.0].map(|time| motion.after(time));
+            let rightful = select_feature_pair(&*surface, *pair, moments, TOLERANCE, |_| true)?;
             Some(FirstTouch {
                 pair: *pair,
                 time,

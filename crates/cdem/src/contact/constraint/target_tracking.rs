@@ -1,0 +1,102 @@
+//! Target tracking: the foot of a sliding contact follows its point.
+
+use crate::contact::constraint::contact_point::ContactPoint;
+use crate::contact::constraint::context::ContactContext;
+use crate::contact::surface::{Configuration, Pair, Surface};
+use crate::contact::tolerances::FOOT_ROUND_OFF;
+use crate::math::vector::{add_scaled, dot};
+
+/// Result of tracking the point of a sliding contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum TargetTracking {
+    /// It is on its target feature, or on a neighbour.
+    There,
+    /// So too, but it has moved farther than the size of that feature. On the way it stayed in
+    /// a plane that the surface may have left.
+    InAHurry,
+    /// It has left the surface by more than the contact tolerance. The margin keeps flush
+    /// corners from flickering.
+    Beyond,
+}
+
+impl<const D: usize> ContactPoint<D> {
+    /// Moves the foot of a sliding contact to its point, and on to neighbouring target
+    /// features. `taken` is true for the pairs of other contacts. The contact does not move on
+    /// to such a pair around a re-entrant corner, nor past an end of the surface.
+    pub(crate) fn track_target(
+        &mut self,
+        context: &ContactContext<D>,
+        at: Configuration<D>,
+        taken: impl Fn(Pair) -> bool,
+    ) -> TargetTracking {
+        let (surface, tolerance) = (context.surface, context.tolerance);
+        if self.is_sticking {
+            return TargetTracking::There;
+        }
+        let mut projection = surface.project(self.pair, at);
+        let size = surface.target_size(self.pair.target, at);
+        let hurries = projection.outside > size;
+        while projection.outside > FOOT_ROUND_OFF * size {
+            let next = surface.neighbour(self.pair, &projection.foot, at);
+            // In a re-entrant corner each side keeps its own contact.
+            let is_free =
+                |next: &Pair| !(taken(*next) && surface.is_reentrant_pair(self.pair, *next, at));
+            let Some(next) = next.filter(is_free) else {
+                if projection.outside > tolerance {
+                    let next = surface.successor(self.pair, at, tolerance);
+                    let Some((next, is_swapped)) = next.filter(|(next, _)| !taken(*next)) else {
+                        return TargetTracking::Beyond;
+                    };
+                    projection = surface.project(next, at);
+                    if is_swapped {
+                        self.reverse_tangents();
+                    }
+                    self.rotate_frame(surface, next, at);
+                }
+                break;
+            };
+            let before = projection.outside;
+            projection = surface.project(next, at);
+            self.rotate_frame(surface, next, at);
+            // Deep in a re-entrant edge, the point lies outside the faces on both sides.
+            if projection.outside >= before {
+                break;
+            }
+        }
+        self.foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
+        if hurries {
+            TargetTracking::InAHurry
+        } else {
+            TargetTracking::There
+        }
+    }
+
+    /// Reverses the tangential parts of the vectors in the frame, because main block and target
+    /// block change roles.
+    fn reverse_tangents(&mut self) {
+        for counted in self.frame_vectors() {
+            for component in &mut counted[1..] {
+                *component = -*component;
+            }
+        }
+    }
+
+    /// Continues the contact as another pair. Rotates the vectors in its frame.
+    fn rotate_frame(&mut self, surface: &dyn Surface<D>, next: Pair, at: Configuration<D>) {
+        let frame = |pair| {
+            let foot = surface.project(pair, at).foot;
+            surface.jacobian(pair, &foot, at).frame
+        };
+        let [old, new] = [self.pair, next].map(frame);
+        for counted in self.frame_vectors() {
+            let mut whole = [0.0; D];
+            for r in 1..D {
+                add_scaled(&mut whole, counted[r], &old[r]);
+            }
+            for r in 1..D {
+                counted[r] = dot(&whole, &new[r]);
+            }
+        }
+        (self.pair, self.normal) = (next, new[0]);
+    }
+}

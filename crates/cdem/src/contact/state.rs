@@ -1,0 +1,163 @@
+//! State of contact, which a restart needs, and workspace, which can be rebuilt from it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint};
+use crate::contact::detection::candidates::CandidateSearch;
+use crate::contact::energy::ContactEnergies;
+use crate::contact::island::Island;
+use crate::contact::island::parallel::VelocityCopies;
+use crate::contact::surface::Pair;
+use crate::contact::surface::geometry_cache::GeometryCache;
+use crate::math::restore::{ResumeError, require};
+
+/// All of contact that a restart needs. Surfaces, laws and initial overlaps are built anew from
+/// the scene and the mesh.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct ContactState<const D: usize> {
+    pub(super) search: CandidateSearch<D>,
+    /// True if nodes have moved farther in a coarse step than their motion bound, in any step
+    /// since the flag was last taken.
+    pub(super) search_overrun: bool,
+    /// Candidate pairs of this coarse step, sorted.
+    pub(super) candidates: Vec<Pair>,
+    /// Pairs whose nodes share a time level, with the last coarse step that needed it.
+    pub(super) joins: Vec<(Pair, u64)>,
+    pub(super) islands: Vec<Island<D>>,
+    /// The first coarse step since the islands were made in which a candidate pair dropped out.
+    pub(super) first_dropout_step: Option<u64>,
+    /// Contacts that have ended and have not been reported.
+    pub(super) ended: Vec<ContactHistory>,
+    /// The number of entries of `ended` from before this coarse step.
+    pub(super) ended_before: usize,
+    pub(super) energies: ContactEnergies,
+}
+
+impl<const D: usize> ContactState<D> {
+    /// Returns all contact points.
+    pub(super) fn contact_points(&self) -> impl Iterator<Item = &ContactPoint<D>> + Clone {
+        let islands = self.islands.iter();
+        islands.flat_map(|island| &island.contact_points)
+    }
+
+    /// Takes all contact points out of the islands, sorted by pair.
+    pub(super) fn take_contact_points(&mut self) -> Vec<ContactPoint<D>> {
+        let islands = self.islands.iter_mut();
+        let points = islands.flat_map(|island| island.contact_points.drain(..));
+        let mut points: Vec<_> = points.collect();
+        points.sort_by_key(|point| point.pair);
+        points
+    }
+
+    /// Checks that the state is of this number of nodes and blocks, and of a surface on which
+    /// `has` is true for the pairs that exist.
+    ///
+    /// # Errors
+    /// If it belongs to other blocks.
+    pub(super) fn check(
+        &self,
+        nodes: usize,
+        blocks: usize,
+        has: impl Fn(Pair) -> bool,
+    ) -> Result<(), ResumeError> {
+        let pairs = self.contact_points().map(|point| point.pair);
+        let pairs = pairs.chain(self.joins.iter().map(|&(pair, _)| pair));
+        let mut pairs = pairs.chain(self.candidates.iter().copied());
+        require(
+            pairs.all(&has) && self.search.is_of(nodes, blocks, &has),
+            "its contacts",
+        )?;
+        let is_known = |history: &ContactHistory| {
+            let mut of = history.blocks.iter();
+            of.all(|&block| (block as usize) < blocks)
+        };
+        let histories = self.contact_points().map(|point| &point.history);
+        require(histories.chain(&self.ended).all(is_known), "its blocks")?;
+        let is_node = |&node: &u32| (node as usize) < nodes;
+        let are_sorted = |island: &Island<D>| {
+            island.nodes.is_sorted_by(|a, b| a < b) && island.nodes.iter().all(is_node)
+        };
+        require(self.islands.iter().all(are_sorted), "its islands")?;
+        require(
+            self.ended_before <= self.ended.len(),
+            "its list of contacts",
+        )
+    }
+}
+
+/// Memory of contact that [`ContactWorkspace::new`] rebuilds from the state between any two
+/// steps.
+pub(super) struct ContactWorkspace<const D: usize> {
+    /// True if the candidate and joined pairs are no longer all in islands.
+    pub(super) islands_outdated: bool,
+    pub(super) index: IslandIndex,
+    pub(super) lists: StepLists,
+    /// Copies of the velocities, one for each thread in a kick.
+    pub(super) velocity_copies: VelocityCopies<D>,
+    /// Geometry cache of the surface in a kick.
+    pub(super) geometry_cache: Option<GeometryCache<D>>,
+}
+
+impl<const D: usize> ContactWorkspace<D> {
+    /// Returns the workspace of `islands` that contain all candidate pairs, in a mesh of this
+    /// number of nodes.
+    pub(super) fn new(nodes: usize, islands: &[Island<D>]) -> Self {
+        Self {
+            islands_outdated: false,
+            index: IslandIndex::new(nodes, islands),
+            lists: StepLists::default(),
+            velocity_copies: VelocityCopies::default(),
+            geometry_cache: None,
+        }
+    }
+}
+
+/// Lists of a coarse step. Kept to reuse their memory.
+#[derive(Default)]
+pub(super) struct StepLists {
+    /// Candidate pairs from the broad phase, until they become those of the state.
+    pub(super) near: Vec<Pair>,
+    pub(super) near_or_closed: Vec<Pair>,
+    pub(super) closed_beyond: Vec<Pair>,
+    pub(super) joins: Vec<(Pair, u64)>,
+    /// Index of the island of each candidate pair.
+    pub(super) islands: Vec<Option<usize>>,
+}
+
+/// The islands by node.
+pub(super) struct IslandIndex {
+    /// True for each node that moves with an island.
+    pub(super) in_island: Vec<bool>,
+    /// Index of the island of each such node.
+    pub(super) island_of: Vec<u32>,
+    /// Index of each such node in the sorted list of all of them. Set while islands are built.
+    pub(super) island_node_index: Vec<u32>,
+}
+
+impl IslandIndex {
+    pub(super) fn new<const D: usize>(nodes: usize, islands: &[Island<D>]) -> Self {
+        let mut index = Self {
+            in_island: vec![false; nodes],
+            island_of: vec![0; nodes],
+            island_node_index: vec![0; nodes],
+        };
+        for (number, island) in (0..).zip(islands) {
+            for &node in &island.nodes {
+                index.in_island[node as usize] = true;
+                index.island_of[node as usize] = number;
+            }
+        }
+        index
+    }
+
+    /// Returns the island that contains all of these nodes.
+    pub(super) fn common(&self, nodes: impl Iterator<Item = u32>) -> Option<usize> {
+        let island = |node: u32| {
+            let node = node as usize;
+            self.in_island[node].then(|| self.island_of[node] as usize)
+        };
+        let mut islands = nodes.map(island);
+        let first = islands.next()??;
+        islands.all(|island| island == Some(first)).then_some(first)
+    }
+}
