@@ -76,30 +76,11 @@ pub fn parse(origin: &str, bytes: &[u8]) -> Result<RawMesh, MeshError> {
     let version = format(&mut scanner)?;
     let mut collector = Collector::new(origin);
     let mut sets = msh4::EntitySets::new();
-    let mut has_elements = false;
     let mut opened = vec!["$MeshFormat".to_owned()];
     while let Some(section) = scanner.open()? {
+        refuse_order(&scanner, &collector, section, &opened)?;
         match (version, section) {
             (_, "PhysicalNames") => physical_names(&mut scanner, &mut collector)?,
-            (_, "MeshFormat") => {
-                let help = "the file seems to consist of two meshes: save each in a file of its \
-                            own, for a block of its own";
-                return Err(scanner.fault("the section occurs twice", help));
-            }
-            (_, "Nodes") if collector.has_nodes() => {
-                let help = "put all nodes into one section, or write the file again with Gmsh";
-                return Err(scanner.fault("the section occurs twice", help));
-            }
-            (_, "Entities" | "PartitionedEntities") if has_elements => {
-                return Err(scanner.fault("the section must come before $Elements", DAMAGED));
-            }
-            (_, "Elements") if !collector.has_nodes() => {
-                let problem = format!(
-                    "$Nodes must come before $Elements; the sections before it are {}",
-                    opened.join(", ")
-                );
-                return Err(scanner.fault(problem, DAMAGED));
-            }
             (Version::Four, "Entities") => {
                 msh4::entities(&mut scanner, &mut collector, &mut sets)?;
             }
@@ -123,11 +104,10 @@ pub fn parse(origin: &str, bytes: &[u8]) -> Result<RawMesh, MeshError> {
         opened.push(format!("${section}"));
         if section == "Elements" {
             collector.check_numbers(&scanner)?;
-            has_elements = true;
         }
         scanner.close()?;
     }
-    if !has_elements {
+    if !has(&opened, "$Elements") {
         let missing = if collector.has_nodes() {
             "$Elements"
         } else {
@@ -137,6 +117,41 @@ pub fn parse(origin: &str, bytes: &[u8]) -> Result<RawMesh, MeshError> {
         return Err(scanner.fault(problem, DAMAGED));
     }
     Ok(collector.finish())
+}
+
+/// Refuses a section that may not follow those `opened` before.
+fn refuse_order(
+    scanner: &Scanner,
+    collector: &Collector,
+    section: &str,
+    opened: &[String],
+) -> Result<(), MeshError> {
+    match section {
+        "MeshFormat" => {
+            let help = "the file seems to consist of two meshes: save each in a file of its own, \
+                        for a block of its own";
+            Err(scanner.fault("the section occurs twice", help))
+        }
+        "Nodes" if collector.has_nodes() => {
+            let help = "put all nodes into one section, or write the file again with Gmsh";
+            Err(scanner.fault("the section occurs twice", help))
+        }
+        "Entities" | "PartitionedEntities" if has(opened, "$Elements") => {
+            Err(scanner.fault("the section must come before $Elements", DAMAGED))
+        }
+        "Elements" if !collector.has_nodes() => {
+            let problem = format!(
+                "$Nodes must come before $Elements; the sections before it are {}",
+                opened.join(", ")
+            );
+            Err(scanner.fault(problem, DAMAGED))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn has(opened: &[String], section: &str) -> bool {
+    opened.iter().any(|known| known == section)
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,8 +8,16 @@ use super::cell_type::cell_kind;
 use super::collect::Collector;
 use super::scan::{COUNTS, COUNTS_LINE, DAMAGED, Scanner};
 
-/// Group set of each geometric entity, by dimension and number.
-pub(super) type EntitySets = BTreeMap<(i32, i32), u32>;
+/// A geometric entity.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Entity {
+    dimension: i32,
+    /// Its number among those of its dimension.
+    tag: i32,
+}
+
+/// Group set of each geometric entity.
+pub(super) type EntitySets = BTreeMap<Entity, u32>;
 
 const PLACE_LINE: &str = "a line consists of the three coordinates of a node, in 2-D too; the \
      numbers of the nodes come before";
@@ -28,9 +36,10 @@ pub(super) fn entities(
     for (dimension, count) in (0_i32..).zip(counts) {
         for _ in 0..count {
             let tag = scanner.int("the number of an entity")?;
-            let before = sets.get(&(dimension, tag)).copied();
-            rest_of_entity(scanner, collector, sets, (dimension, tag))?;
-            if before.is_some_and(|before| before != sets[&(dimension, tag)]) {
+            let entity = Entity { dimension, tag };
+            let before = sets.get(&entity).copied();
+            rest_of_entity(scanner, collector, sets, entity)?;
+            if before.is_some_and(|before| before != sets[&entity]) {
                 let problem = format!(
                     "entity {tag} of dimension {dimension} occurs twice, with different groups"
                 );
@@ -60,7 +69,7 @@ pub(super) fn partitioned_entities(
             scanner.int("the dimension of the parent")?;
             scanner.int("the number of the parent")?;
             tags(scanner, "partitions")?;
-            rest_of_entity(scanner, collector, sets, (dimension, tag))?;
+            rest_of_entity(scanner, collector, sets, Entity { dimension, tag })?;
         }
     }
     Ok(())
@@ -84,9 +93,9 @@ fn rest_of_entity(
     scanner: &mut Scanner,
     collector: &mut Collector,
     sets: &mut EntitySets,
-    entity: (i32, i32),
+    entity: Entity,
 ) -> Result<(), MeshError> {
-    let dimension = entity.0;
+    let Entity { dimension, .. } = entity;
     for _ in 0..if dimension == 0 { 3 } else { 6 } {
         scanner.real("a coordinate of an entity")?;
     }
@@ -163,21 +172,21 @@ pub(super) fn elements(
     let mut found = 0;
     for _ in 0..blocks {
         let dimension = entity_dimension(scanner)?;
-        let entity = scanner.int("the number of an entity")?;
-        let set = match sets.get(&(dimension, entity)) {
+        let tag = scanner.int("the number of an entity")?;
+        let set = match sets.get(&Entity { dimension, tag }) {
             Some(&set) => set,
             // Files without $Entities have no groups.
             None if sets.is_empty() => 0,
             None => {
                 let problem = format!(
-                    "entity {entity} of dimension {dimension} has elements, but is missing in \
+                    "entity {tag} of dimension {dimension} has elements, but is missing in \
                      $Entities"
                 );
                 return Err(scanner.fault(problem, UNKNOWN_ENTITY));
             }
         };
         let number = scanner.int("an element type")?;
-        let whose = || format!("the elements of entity {entity} of dimension {dimension}");
+        let whose = || format!("the elements of entity {tag} of dimension {dimension}");
         let kind = cell_kind(number, scanner, || format!("each of {}", whose()))?;
         if kind.dimension() as i32 != dimension {
             let problem = format!("{} are of type {number}, of another dimension", whose());

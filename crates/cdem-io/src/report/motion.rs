@@ -206,8 +206,8 @@ impl Seeing {
             time: frame.time,
             topology: frame.topology,
             points: pack(&quantised(&frame.points, low, high)),
-            speed: frame.speed.as_ref().zip(speed_scale).map(shares),
-            stress: frame.stress.as_ref().zip(stress_scale).map(shares),
+            speed: packed_shares(frame.speed.as_deref(), speed_scale),
+            stress: packed_shares(frame.stress.as_deref(), stress_scale),
         });
         Motion {
             frames: frames.collect(),
@@ -239,12 +239,13 @@ fn quantised(points: &[[f32; 3]], low: [f32; 3], high: [f32; 3]) -> Vec<[u16; 3]
 }
 
 /// Returns values as fractions of the largest, packed.
-fn shares((values, most): (&Vec<f32>, f32)) -> String {
+fn packed_shares(values: Option<&[f32]>, most: Option<f32>) -> Option<String> {
+    let (values, most) = (values?, most?);
     let share = |&value: &f32| {
         let share = if most > 0.0 { value / most } else { 0.0 };
         (share * f32::from(u8::MAX)).round() as u8
     };
-    pack(&values.iter().map(share).collect::<Vec<u8>>())
+    Some(pack(&values.iter().map(share).collect::<Vec<u8>>()))
 }
 
 #[cfg(test)]

@@ -201,16 +201,21 @@ impl ResultsError {
                 "the scene of the results has changed since it was written".to_owned()
             }
             Self::Read { .. } => "check that the folder exists and that you may read it".to_owned(),
-            Self::Write { source, .. } => match source.kind() {
-                io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-                    "free space on the disk, or write fewer `output.frames` or `output.fields`"
-                        .to_owned()
-                }
-                io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-                    format!("name a folder that you may write to{naming}")
-                }
-                _ => format!("check the disk, or name another folder{naming}"),
-            },
+            Self::Write { source, .. } => help_with_writing(source.kind(), naming),
         }
+    }
+}
+
+/// Returns advice on a file that cannot be written.
+fn help_with_writing(kind: io::ErrorKind, naming: &str) -> String {
+    match kind {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "free space on the disk, or write fewer `output.frames` or `output.fields`"
+                .to_owned()
+        }
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            format!("name a folder that you may write to{naming}")
+        }
+        _ => format!("check the disk, or name another folder{naming}"),
     }
 }

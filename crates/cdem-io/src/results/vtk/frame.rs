@@ -62,7 +62,7 @@ pub(in super::super) fn write_contact_frame(
     file.close();
     file.open("PointData", &[]);
     for (name, vectors) in [("normal", &frame.normals), ("force", &frame.forces)] {
-        file.named_array(name, 3, &XYZ, &Values::Real(vectors.as_flattened()));
+        file.named_array(name, &XYZ, &Values::Real(vectors.as_flattened()));
     }
     file.array("slip", 0, &Values::Real(&frame.slips));
     file.array("area", 0, &Values::Real(&frame.areas));
@@ -106,12 +106,7 @@ fn write_fields(file: &mut XmlFile, fields: &[FrameField]) {
             FieldValues::Real(values) => Values::Real(values),
             FieldValues::Whole(values) => Values::Whole(values),
         };
-        file.named_array(
-            field.name,
-            field.components.len(),
-            field.components,
-            &values,
-        );
+        file.named_array(field.name, field.components, &values);
     }
 }
 

@@ -61,6 +61,17 @@ impl Values<'_> {
 /// Compression levels, in the order in which they are tried.
 const LEVELS: [u32; 3] = [1, 0, 9];
 
+/// An array with its attributes.
+struct DataArray<'a> {
+    name: &'a str,
+    /// Number of components; 0 for a plain scalar.
+    components: usize,
+    component_names: &'a [&'a str],
+    /// Number of tuples, where VTK's readers ask for it.
+    tuples: Option<usize>,
+    values: &'a Values<'a>,
+}
+
 /// A file under construction.
 pub(super) struct XmlFile {
     dataset: &'static str,
@@ -109,35 +120,52 @@ impl XmlFile {
 
     /// Adds an array; `components` 0 means a plain scalar.
     pub(super) fn array(&mut self, name: &str, components: usize, values: &Values<'_>) {
-        self.named_array(name, components, &[], values);
+        self.data_array(&DataArray {
+            name,
+            components,
+            component_names: &[],
+            tuples: None,
+            values,
+        });
     }
 
     /// Writes the time of a frame at the place where VTK's readers expect it.
     pub(super) fn time(&mut self, time: f64) {
         self.open("FieldData", &[]);
-        self.data_array("TimeValue", 0, &[], Some(1), &Values::Real(&[time]));
+        self.data_array(&DataArray {
+            name: "TimeValue",
+            components: 0,
+            component_names: &[],
+            tuples: Some(1),
+            values: &Values::Real(&[time]),
+        });
         self.close();
     }
 
-    /// Adds an array whose components have names.
+    /// Adds an array whose components have names; without names, a plain scalar.
     pub(super) fn named_array(
         &mut self,
         name: &str,
-        components: usize,
         component_names: &[&str],
         values: &Values<'_>,
     ) {
-        self.data_array(name, components, component_names, None, values);
+        self.data_array(&DataArray {
+            name,
+            components: component_names.len(),
+            component_names,
+            tuples: None,
+            values,
+        });
     }
 
-    fn data_array(
-        &mut self,
-        name: &str,
-        components: usize,
-        component_names: &[&str],
-        tuples: Option<usize>,
-        values: &Values<'_>,
-    ) {
+    fn data_array(&mut self, array: &DataArray<'_>) {
+        let DataArray {
+            name,
+            components,
+            component_names,
+            tuples,
+            values,
+        } = *array;
         debug_assert!(
             values.len().is_multiple_of(components.max(1)),
             "array {name} must hold whole tuples"

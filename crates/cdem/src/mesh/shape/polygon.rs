@@ -99,6 +99,25 @@ fn check(corners: &[[f64; 2]], size: f64) -> Result<(), BlockFault> {
             format!("{} m must be a positive length", short(size)),
         ));
     }
+    check_sides(corners)?;
+    let estimate = estimate(corners, size);
+    // NaN counts as too many.
+    if !matches!(estimate.partial_cmp(&MOST_ELEMENTS), Some(Ordering::Less)) {
+        let problem = format!(
+            "{} m makes about {} elements, more than {}; choose a larger size",
+            short(size),
+            significant(estimate, 2),
+            short(MOST_ELEMENTS)
+        );
+        return Err(fault("shape.size", problem));
+    }
+    Ok(())
+}
+
+/// Refuses sides without length and sides that touch each other.
+fn check_sides(corners: &[[f64; 2]]) -> Result<(), BlockFault> {
+    let wrong = |problem: String| Err(fault("shape.polygon", problem));
+    let count = corners.len();
     for k in 0..count {
         let [a, b, c] = [0, 1, 2].map(|i| corners[(k + i) % count]);
         if a == b {
@@ -128,17 +147,6 @@ fn check(corners: &[[f64; 2]], size: f64) -> Result<(), BlockFault> {
                 ));
             }
         }
-    }
-    let estimate = estimate(corners, size);
-    // NaN counts as too many.
-    if !matches!(estimate.partial_cmp(&MOST_ELEMENTS), Some(Ordering::Less)) {
-        let problem = format!(
-            "{} m makes about {} elements, more than {}; choose a larger size",
-            short(size),
-            significant(estimate, 2),
-            short(MOST_ELEMENTS)
-        );
-        return Err(fault("shape.size", problem));
     }
     Ok(())
 }
