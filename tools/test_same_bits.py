@@ -262,6 +262,13 @@ class Files(unittest.TestCase):
             ("summary.json", b'{"steps": 1}', b'{"steps": 2, "threads": 3}', "steps: OLD 1, NEW 2"),
             ("summary.json", b'{"time": 0.10}', b'{"time": 0.1}', "time: OLD 0.10, NEW 0.1"),
             ("summary.json", b'{"warnings": []}', b"{}", "warnings: OLD [], NEW nothing"),
+            ("summary.json", b'{"warnings": ["lost 1.5e-3 J"]}', b'{"warnings": ["1.5e-3 J are lost"]}', None),
+            (
+                "summary.json",
+                b'{"warnings": ["lost 1.5e-3 J"]}',
+                b'{"warnings": ["lost 1.5e-4 J"]}',
+                "warnings: OLD ['lost 1.5e-3 J'], NEW ['lost 1.5e-4 J']",
+            ),
             ("summary.json", b'{"wall_seconds": 1}', b'{"wall_seconds": 2}', None),
         ]
         for name, old, new, expected in cases:
