@@ -225,7 +225,7 @@ fn meshed_blocks_tumble(turns: f64) {
 
 #[test]
 fn meshed_blocks_tumble_as_euler_says() {
-    meshed_blocks_tumble(0.25);
+    meshed_blocks_tumble(0.5);
 }
 
 #[test]

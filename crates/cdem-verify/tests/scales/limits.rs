@@ -77,7 +77,7 @@ fn the_speed_is_told() {
     case.scene.time.end = 3e-4;
     let (told, most) = told(&case);
     assert!(told.len() == 1 && most == 2, "{told:?} {most}");
-    assert!(told[0].contains("fast"), "{told:?}");
+    assert!(told[0].contains("at these speeds"), "{told:?}");
 }
 
 /// Cubes that meet flush would need too many elements.
