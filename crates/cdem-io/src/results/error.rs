@@ -210,8 +210,7 @@ impl ResultsError {
 fn help_with_writing(kind: io::ErrorKind, naming: &str) -> String {
     match kind {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            "free space on the disk, or write fewer `output.frames` or `output.fields`"
-                .to_owned()
+            "free space on the disk, or write fewer `output.frames` or `output.fields`".to_owned()
         }
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
             format!("name a folder that you may write to{naming}")
