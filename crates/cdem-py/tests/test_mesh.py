@@ -98,7 +98,7 @@ def test_a_group_may_be_asked_of_one_block():
     assert simulation.blocks["a"].velocity[0] == 0.0
     assert simulation.momentum[0] == pytest.approx(1e5 * simulation.step_size)
     scene.load[0].group = "right"
-    with pytest.raises(cdem.SceneError, match='ambiguous: .*block.right'):
+    with pytest.raises(cdem.SceneError, match='several groups: .*block.right'):
         cdem.Simulation(scene)
 
 
