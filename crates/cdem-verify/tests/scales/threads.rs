@@ -29,20 +29,27 @@ fn told(scene: &str, threads: usize, changes: u32) -> (String, u64) {
     })
 }
 
+/// Checks that a run until its mesh has changed `changes` times gives the same bits on these numbers
+/// of threads as on one.
+fn assert_same_bits(scene: &str, changes: u32, threads: &[usize]) {
+    let alone = told(scene, 1, changes);
+    println!("{scene}: {changes} changes of mesh in {} steps", alone.1);
+    for &threads in threads {
+        assert!(
+            told(scene, threads, changes) == alone,
+            "{scene}: {threads} threads"
+        );
+    }
+}
+
 #[test]
 fn changes_of_mesh_give_the_same_bits_on_any_number_of_threads() {
-    let scenes: [(&str, u32, &[usize]); 2] = [
-        ("bouncing-boxes", 8, &[2, 3, 7]),
-        ("rockfall-of-200", 3, &[3]),
-    ];
-    for (scene, changes, others) in scenes {
-        let alone = told(scene, 1, changes);
-        println!("{scene}: {changes} changes of mesh in {} steps", alone.1);
-        for &threads in others {
-            assert!(
-                told(scene, threads, changes) == alone,
-                "{scene}: {threads} threads"
-            );
-        }
-    }
+    assert_same_bits("bouncing-boxes", 8, &[2, 3, 7]);
+    assert_same_bits("rockfall-of-200", 3, &[3]);
+}
+
+#[test]
+#[ignore = "slow study: 200 rocks on two and on seven threads"]
+fn changes_of_a_large_mesh_give_the_same_bits_on_two_and_on_seven_threads() {
+    assert_same_bits("rockfall-of-200", 3, &[2, 7]);
 }
