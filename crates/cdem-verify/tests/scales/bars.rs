@@ -128,9 +128,8 @@ impl Bars {
 
 /// Both sides are refined to equal transit times, so that first touch gives the velocity of wave
 /// theory at once.
-#[test]
-fn unequal_bars_give_the_force_of_wave_theory() {
-    for bars in Bars::all() {
+fn force_is_that_of_wave_theory(rows: usize) {
+    for bars in Bars::all().filter(|bars| bars.rows == rows) {
         let outcome = bars.collide();
         let after = outcome.impulse.iter().filter(|row| row[0] >= 1.0);
         let means = after.map(|[time, impulse]| impulse / time);
@@ -144,6 +143,17 @@ fn unequal_bars_give_the_force_of_wave_theory() {
         );
         assert!(0.98 < least && most < 1.02, "{least} {most}");
     }
+}
+
+#[test]
+fn unequal_bars_give_the_force_of_wave_theory() {
+    force_is_that_of_wave_theory(1);
+}
+
+#[test]
+#[ignore = "slow study: bars of two rows of elements"]
+fn unequal_bars_of_two_rows_give_the_force_of_wave_theory() {
+    force_is_that_of_wave_theory(2);
 }
 
 /// If the step changes by a factor of two under a stress σ, the impulses on a node balance only

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use cdem::output::{FieldValues, Frame};
-use cdem_verify::{Balance, load, run};
+use cdem_verify::{Balance, Case, load, run};
 
 /// Speed of the fastest node below which a pile counts as at rest, m/s. The rms speed is lower.
 const REST: f64 = 1e-9;
@@ -25,8 +25,8 @@ fn fastest(frame: &Frame) -> f64 {
 
 /// Runs a scene whose first block carries the `weight`, N, of all others. Returns the number of
 /// contacts begun.
-fn stands(name: &str, weight: f64) -> u64 {
-    let mut simulation = load(name).start();
+fn stands(name: &str, case: &Case, weight: f64) -> u64 {
+    let mut simulation = case.start();
     let mut balance = Balance::new(&mut simulation);
     let (began, mut since) = (Instant::now(), None);
     let mut deepest = 0.0_f64;
@@ -79,14 +79,30 @@ fn stands(name: &str, weight: f64) -> u64 {
     simulation.contacts_begun()
 }
 
+/// The cubes of the scene up to a number. They have four contact points each; none opens and
+/// closes while the stack settles.
+fn cubes_come_to_rest(count: u16) {
+    let mut case = load("stack-3d");
+    case.scene.block.truncate(1 + usize::from(count));
+    let weight = f64::from(count) * 2700.0 * 9.81;
+    let begun = stands(&format!("{count} cubes"), &case, weight);
+    assert_eq!(begun, 4 * u64::from(count));
+}
+
 #[test]
+fn a_stack_of_two_cubes_comes_to_rest() {
+    cubes_come_to_rest(2);
+}
+
+#[test]
+#[ignore = "slow study: ten cubes"]
 fn a_stack_of_ten_cubes_comes_to_rest() {
-    // Four contact points per cube; none opens and closes while the stack settles.
-    assert_eq!(stands("stack-3d", 10.0 * 2700.0 * 9.81), 40);
+    cubes_come_to_rest(10);
 }
 
 #[test]
 #[ignore = "slow study: 210 stones"]
 fn a_dry_stone_wall_comes_to_rest() {
-    stands("dry-stone-wall", 10.0 * 5.0 * 2400.0 * 9.81);
+    let wall = load("dry-stone-wall");
+    stands("dry-stone-wall", &wall, 10.0 * 5.0 * 2400.0 * 9.81);
 }

@@ -31,15 +31,22 @@ fn assert_same_bits(steps: u64, start: impl Fn() -> Simulation + Sync) {
 
 #[test]
 fn a_pile_gives_the_same_bits_on_any_number_of_threads() {
-    assert_same_bits(6, || load("dry-stone-wall").start());
+    assert_same_bits(3, || load("dry-stone-wall").start());
 }
 
 /// Many islands are solved at once, and their pairs touch in the middle of many drifts.
 #[test]
 fn piles_beside_each_other_give_the_same_bits_on_any_number_of_threads() {
+    assert_same_bits(30, || columns(3, 2, 1));
+    // More nodes than one thread takes at a time.
+    assert_same_bits(2, || columns(5, 3, 3));
+}
+
+#[test]
+#[ignore = "slow study: larger piles"]
+fn larger_piles_give_the_same_bits_on_any_number_of_threads() {
     assert_same_bits(60, || columns(5, 3, 1));
     assert_same_bits(60, || columns(3, 2, 3));
-    // More nodes than one thread takes at a time.
     assert_same_bits(6, || columns(5, 3, 3));
 }
 
@@ -82,7 +89,7 @@ fn above_fixed(cells: usize, is_damped: bool) -> Simulation {
 #[test]
 fn blocks_of_several_levels_above_a_fixed_one_give_the_same_bits_on_any_number_of_threads() {
     for is_damped in [false, true] {
-        assert_same_bits(8, || above_fixed(5, is_damped));
+        assert_same_bits(2, || above_fixed(5, is_damped));
     }
 }
 
@@ -95,7 +102,7 @@ fn what_is_fixed_stays_and_changes_nothing_however_large_it_is() {
         let frames = [5, 30].map(|cells| {
             let mut simulation = above_fixed(cells, is_damped);
             let before = simulation.frame();
-            (0..8).for_each(|_| simulation.step().expect("a step"));
+            (0..3).for_each(|_| simulation.step().expect("a step"));
             (before, simulation.frame(), simulation.history())
         });
         // The moving nodes lie on both sides of the fixed ones.

@@ -18,6 +18,9 @@ static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 /// Coarse steps between two evaluations of elements and ledger, which request memory.
 const LOOK: usize = 64;
 
+/// Steps of a run with contacts until they all have begun, and then with requests counted.
+const STEPS: [usize; 2] = [300, 70];
+
 /// Fraction of steps that counts as few.
 const FEW: f64 = 0.1;
 
@@ -137,7 +140,7 @@ fn contacts_that_stay_ask_for_nothing() {
             ("meshed stones", columns(3, 2, 3), 0.0),
         ];
         for (name, mut simulation, few) in scenes {
-            let asked = asked(&mut simulation, threads, [300, 200]);
+            let asked = asked(&mut simulation, threads, STEPS);
             assert_rare(name, threads, &asked, few);
         }
     }

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint};
 use crate::contact::detection::candidates::CandidateSearch;
 use crate::contact::energy::ContactEnergies;
+use crate::contact::grouping::IslandIndex;
 use crate::contact::island::Island;
 use crate::contact::island::parallel::VelocityCopies;
 use crate::contact::surface::Pair;
@@ -122,42 +123,4 @@ pub(super) struct StepLists {
     pub(super) joins: Vec<(Pair, u64)>,
     /// Index of the island of each candidate pair.
     pub(super) islands: Vec<Option<usize>>,
-}
-
-/// The islands by node.
-pub(super) struct IslandIndex {
-    /// True for each node that moves with an island.
-    pub(super) in_island: Vec<bool>,
-    /// Index of the island of each such node.
-    pub(super) island_of: Vec<u32>,
-    /// Index of each such node in the sorted list of all of them. Set while islands are built.
-    pub(super) island_node_index: Vec<u32>,
-}
-
-impl IslandIndex {
-    pub(super) fn new<const D: usize>(nodes: usize, islands: &[Island<D>]) -> Self {
-        let mut index = Self {
-            in_island: vec![false; nodes],
-            island_of: vec![0; nodes],
-            island_node_index: vec![0; nodes],
-        };
-        for (number, island) in (0..).zip(islands) {
-            for &node in &island.nodes {
-                index.in_island[node as usize] = true;
-                index.island_of[node as usize] = number;
-            }
-        }
-        index
-    }
-
-    /// Returns the island that contains all of these nodes.
-    pub(super) fn common(&self, nodes: impl Iterator<Item = u32>) -> Option<usize> {
-        let island = |node: u32| {
-            let node = node as usize;
-            self.in_island[node].then(|| self.island_of[node] as usize)
-        };
-        let mut islands = nodes.map(island);
-        let first = islands.next()??;
-        islands.all(|island| island == Some(first)).then_some(first)
-    }
 }

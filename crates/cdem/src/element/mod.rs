@@ -288,12 +288,10 @@ pub(crate) fn build<const D: usize>(
                 mesh,
                 thickness: if D == 2 { thickness } else { 1.0 },
             };
-            sets.push(match kind {
-                ElementKind::Tri3 => set::<D, 3, 1>(&source, kinematics),
-                ElementKind::Quad4 => set::<D, 4, 4>(&source, kinematics),
-                ElementKind::Tet4 => set::<D, 4, 1>(&source, kinematics),
-                ElementKind::Wedge6 => set::<D, 6, 6>(&source, kinematics),
-                ElementKind::Hex8 => set::<D, 8, 8>(&source, kinematics),
+            sets.push(if const { D == 2 } {
+                plane_set(&source, kinematics)
+            } else {
+                solid_set(&source, kinematics)
             });
         }
     }
@@ -316,6 +314,31 @@ fn members<const D: usize>(
         }
     }
     members
+}
+
+// The kernels of a shape are compiled for its own dimension alone: `build` chooses by a constant.
+
+fn plane_set<const D: usize>(
+    source: &SetSource<D>,
+    kinematics: Kinematics,
+) -> Box<dyn ElementSet<D>> {
+    match source.kind {
+        ElementKind::Tri3 => set::<D, 3, 1>(source, kinematics),
+        ElementKind::Quad4 => set::<D, 4, 4>(source, kinematics),
+        kind => unreachable!("a {} in 2-D", kind.name()),
+    }
+}
+
+fn solid_set<const D: usize>(
+    source: &SetSource<D>,
+    kinematics: Kinematics,
+) -> Box<dyn ElementSet<D>> {
+    match source.kind {
+        ElementKind::Tet4 => set::<D, 4, 1>(source, kinematics),
+        ElementKind::Wedge6 => set::<D, 6, 6>(source, kinematics),
+        ElementKind::Hex8 => set::<D, 8, 8>(source, kinematics),
+        kind => unreachable!("a {} in 3-D", kind.name()),
+    }
 }
 
 fn set<const D: usize, const N: usize, const Q: usize>(

@@ -6,29 +6,26 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
-use crate::contact::detection::grid;
+use crate::contact::surface::Surface;
 use crate::contact::surface::aabb::Aabb;
-use crate::contact::surface::{Configuration, Pair, Surface};
-use crate::contact::tolerances::{CLUSTERS_PER_TASK, MOST_FEATURES_OF_CLUSTER};
+use crate::contact::tolerances::MOST_FEATURES_OF_CLUSTER;
 
 /// The clusters of all blocks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clusters {
-    clusters: Vec<Cluster>,
+    pub(super) clusters: Vec<Cluster>,
     /// Number of feature families.
-    families: usize,
+    pub(super) families: usize,
 }
 
 /// Main and target features of one block.
 #[derive(Clone, Debug)]
-struct Cluster {
-    block: u32,
+pub(super) struct Cluster {
+    pub(super) block: u32,
     /// Their nodes.
-    nodes: Vec<u32>,
+    pub(super) nodes: Vec<u32>,
     /// By family: mains, targets.
-    features: Vec<[Vec<u32>; 2]>,
+    pub(super) features: Vec<[Vec<u32>; 2]>,
 }
 
 /// A feature to be put into a cluster.
@@ -41,9 +38,6 @@ struct ClusteredFeature<const D: usize> {
     side: usize,
     number: u32,
 }
-
-/// Boxes around the features of a cluster, grown, in the order of [`Cluster::features`].
-type ClusterBoxes<const D: usize> = Vec<[Vec<Aabb<D>>; 2]>;
 
 impl Clusters {
     /// Returns the clusters of a surface whose nodes belong to `block_of` and lie at `rest`, m.
@@ -136,90 +130,6 @@ impl Clusters {
     pub(super) fn features(&self) -> usize {
         let sides = self.clusters.iter().flat_map(|patch| &patch.features);
         sides.flatten().map(Vec::len).sum()
-    }
-
-    /// Returns the canonical feature pairs of blocks that `may_meet` whose boxes overlap, sorted.
-    /// Each box is grown by the `margin` of its block, m.
-    pub(in crate::contact) fn overlapping<const D: usize>(
-        &self,
-        surface: &dyn Surface<D>,
-        at: Configuration<D>,
-        margin: &(impl Fn(u32) -> f64 + Sync),
-        may_meet: &impl Fn([u32; 2]) -> bool,
-    ) -> Vec<Pair> {
-        let around = |patch: &Cluster| {
-            let nodes = patch.nodes.iter().map(|&node| at.at(node));
-            Aabb::around(nodes, margin(patch.block))
-        };
-        let extents: Vec<Aabb<D>> = self.clusters.iter().map(around).collect();
-        let wanted = |one: u32, other: u32| {
-            one < other && may_meet([one, other].map(|patch| self.clusters[patch as usize].block))
-        };
-        let meeting = grid::overlapping(&extents, &extents, wanted);
-        let mut meets = vec![false; self.clusters.len()];
-        for (one, other) in &meeting {
-            (meets[*one as usize], meets[*other as usize]) = (true, true);
-        }
-        let clusters = (&self.clusters, meets)
-            .into_par_iter()
-            .with_min_len(CLUSTERS_PER_TASK);
-        let boxes = clusters.map(|(patch, meets)| {
-            let boxes = || patch.boxes(surface, at, margin(patch.block));
-            meets.then(boxes).unwrap_or_default()
-        });
-        let boxes: Vec<ClusterBoxes<D>> = boxes.collect();
-        let meeting = meeting.into_par_iter().with_min_len(CLUSTERS_PER_TASK);
-        let pairs = meeting.flat_map_iter(|(one, other)| {
-            let both = [one, other].map(|patch| patch as usize);
-            let ways = [both, [both[1], both[0]]].into_iter();
-            ways.flat_map(|sides| self.pairs(sides, &boxes, &extents))
-        });
-        let mut pairs: Vec<Pair> = pairs.filter(|&pair| surface.is_canonical(pair)).collect();
-        pairs.par_sort_unstable();
-        pairs
-    }
-
-    /// Returns the mains of a cluster and targets of another whose boxes overlap.
-    fn pairs<const D: usize>(
-        &self,
-        [main, target]: [usize; 2],
-        boxes: &[ClusterBoxes<D>],
-        extents: &[Aabb<D>],
-    ) -> Vec<Pair> {
-        let mut pairs = Vec::new();
-        for family in 0..self.families {
-            let within = |patch: usize, side: usize, other: usize| {
-                let numbers = self.clusters[patch].features[family][side].iter();
-                let both = numbers.copied().zip(&boxes[patch][family][side]);
-                both.filter(move |(_, aabb)| aabb.overlaps(&extents[other]))
-            };
-            let targets: Vec<_> = within(target, 1, main).collect();
-            for (main, aabb) in within(main, 0, target) {
-                let close = targets.iter().filter(|(_, other)| aabb.overlaps(other));
-                pairs.extend(close.map(|&(target, _)| Pair { main, target }));
-            }
-        }
-        pairs
-    }
-}
-
-impl Cluster {
-    /// Returns the boxes around the features, grown by `margin`, m.
-    fn boxes<const D: usize>(
-        &self,
-        surface: &dyn Surface<D>,
-        at: Configuration<D>,
-        margin: f64,
-    ) -> ClusterBoxes<D> {
-        let of_family = |[mains, targets]: &[Vec<u32>; 2]| {
-            let main_box = |&main: &u32| surface.main_box(main, at, margin);
-            let target_box = |&target: &u32| surface.target_box(target, at, margin);
-            [
-                mains.iter().map(main_box).collect(),
-                targets.iter().map(target_box).collect(),
-            ]
-        };
-        self.features.iter().map(of_family).collect()
     }
 }
 

@@ -327,7 +327,7 @@ fn heaps() -> impl Strategy<Value = Heap> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig::with_cases(16))]
     #[test]
     fn what_is_left_out_for_how_it_lies_is_found_once_it_may_touch(
         heap in heaps(),

@@ -225,7 +225,7 @@ fn judge_all(count: usize) {
 
 #[test]
 fn search_brute_force_and_separating_planes_agree() {
-    judge_all(500);
+    judge_all(200);
 }
 
 /// A corner of a thin plate comes in behind the rim of a face that it may not touch, and in front
