@@ -1,4 +1,4 @@
-//! Construction of islands from candidate and closed pairs, and of the sets of nodes that must
+//! Construction of islands from near and closed pairs, and of the sets of nodes that must
 //! share a time level because of them.
 
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use crate::math::disjoint_sets::DisjointSets;
 use crate::model::inverse_mass::InverseMass;
 
 impl<const D: usize> Contacts<D> {
-    /// Builds the islands of candidate and closed pairs, if these or the time levels have
+    /// Builds the islands of near and closed pairs, if these or the time levels have
     /// changed.
     pub(crate) fn group(&mut self, inertia: &InverseMass<D>, neighbours: ElementNeighbours) {
         if self.workspace.islands_outdated {
@@ -25,12 +25,15 @@ impl<const D: usize> Contacts<D> {
         }
     }
 
-    /// Takes the candidate pairs at the start of a coarse step. Keeps the islands if they
-    /// contain all of these pairs; islands may contain pairs that are no longer candidates, for
+    /// Takes the near pairs at the start of a coarse step. Keeps the islands if they
+    /// contain all of these pairs; islands may contain pairs that are no longer near, for
     /// at most [`JOIN_STEPS`] steps.
     pub(crate) fn regroup(&mut self, number: u64) {
-        std::mem::swap(&mut self.state.candidates, &mut self.workspace.lists.near);
-        let (now, before) = (&self.state.candidates, &self.workspace.lists.near);
+        std::mem::swap(
+            &mut self.state.near_pairs,
+            &mut self.workspace.lists.near_pairs,
+        );
+        let (now, before) = (&self.state.near_pairs, &self.workspace.lists.near_pairs);
         let mut are_grouped = !self.workspace.islands_outdated;
         if are_grouped && before != now {
             let known = |pair: &Pair| before.binary_search(pair).is_ok();
@@ -61,13 +64,13 @@ impl<const D: usize> Contacts<D> {
         self.workspace.index.common(nodes)
     }
 
-    /// Updates the candidate pairs of the islands. Keeps the separation bounds of the pairs that
+    /// Updates the near pairs of the islands. Keeps the separation bounds of the pairs that
     /// they had.
     fn update_separation_bounds(&mut self) {
         for island in &mut self.state.islands {
             island.separation_bounds.restart();
         }
-        self.give_candidates();
+        self.give_near_pairs();
     }
 
     /// Updates the joined pairs. Returns true if any was added or removed.
@@ -96,7 +99,7 @@ impl<const D: usize> Contacts<D> {
         changed
     }
 
-    /// Lists all candidate and closed pairs, sorted.
+    /// Lists all near and closed pairs, sorted.
     fn list_near_or_closed(&mut self) {
         let (state, lists) = (&self.state, &mut self.workspace.lists);
         let closed = &mut lists.closed_beyond;
@@ -108,7 +111,7 @@ impl<const D: usize> Contacts<D> {
         let mut others = closed.iter().copied().peekable();
         let listed = &mut lists.near_or_closed;
         listed.clear();
-        for &near in &state.candidates {
+        for &near in &state.near_pairs {
             while let Some(closed) = others.next_if(|closed| *closed < near) {
                 listed.push(closed);
             }
@@ -141,7 +144,7 @@ impl<const D: usize> Contacts<D> {
             index.in_island[*node as usize] = false;
         }
         let closed = contact_points.iter().map(|point| point.pair);
-        let pairs = state.candidates.iter().copied().chain(closed);
+        let pairs = state.near_pairs.iter().copied().chain(closed);
         let nodes = index.set_nodes(pairs.clone(), data, inertia);
         let sets = index.coupled_sets(&nodes, pairs, data, inertia, neighbours);
         // An island often inherits the solver and memory of the one before with the same first
@@ -180,7 +183,7 @@ impl<const D: usize> Contacts<D> {
         self.set_separation_bounds();
     }
 
-    /// Gives the candidate pairs to new islands.
+    /// Gives the near pairs to new islands.
     pub(super) fn set_separation_bounds(&mut self) {
         let data = &self.model_data;
         for island in &mut self.state.islands {
@@ -191,23 +194,23 @@ impl<const D: usize> Contacts<D> {
                 data.examined_distance,
             );
         }
-        self.give_candidates();
+        self.give_near_pairs();
     }
 
-    /// Adds each candidate pair that is in an island to its separation bounds, with the distance of
+    /// Adds each near pair that is in an island to its separation bounds, with the distance of
     /// its features at the last test. A pair that is there already stays as it is.
-    fn give_candidates(&mut self) {
+    fn give_near_pairs(&mut self) {
         let Self {
             model_data: data,
             state,
             workspace,
         } = self;
-        let pairs = state.candidates.par_iter().with_min_len(PAIRS_PER_TASK);
+        let pairs = state.near_pairs.par_iter().with_min_len(PAIRS_PER_TASK);
         let of_pairs = pairs.map(|&pair| workspace.index.common(data.moving_nodes(pair)));
         let islands = &mut workspace.lists.islands;
         of_pairs.collect_into_vec(islands);
         let context = data.search_context();
-        let pairs = state.candidates.iter().zip(state.search.distances());
+        let pairs = state.near_pairs.iter().zip(state.search.distances());
         for ((&pair, distance), island) in pairs.zip(islands) {
             let Some(island) = island else { continue };
             let bounds = &mut state.islands[*island].separation_bounds;

@@ -114,7 +114,7 @@ impl<const D: usize> Contacts<D> {
         self.state.islands = vec![island];
     }
 
-    /// Finds the candidate pairs of a coarse step, before it. Returns true if the set of nodes
+    /// Finds the near pairs of a coarse step, before it. Returns true if the set of nodes
     /// that must share a time level has changed.
     pub(crate) fn find(
         &mut self,
@@ -125,7 +125,7 @@ impl<const D: usize> Contacts<D> {
     ) -> bool {
         let blocks = self.model_data.search_context();
         let may_meet = |blocks| self.model_data.may_touch(blocks);
-        let near = &mut self.workspace.lists.near;
+        let near = &mut self.workspace.lists.near_pairs;
         let speeds = StepSpeeds {
             bounds: speeds,
             step,

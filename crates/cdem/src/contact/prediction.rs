@@ -36,7 +36,7 @@ pub(crate) struct PredictedImpact<const D: usize> {
 #[derive(Debug, Default)]
 pub(crate) struct PredictedImpacts<const D: usize> {
     impacts: Vec<PredictedImpact<D>>,
-    /// Time until each candidate pair touches, s; the pairs that will touch; the closed pairs,
+    /// Time until each near pair touches, s; the pairs that will touch; the closed pairs,
     /// sorted.
     waits: Vec<Option<f64>>,
     touching: Vec<(Pair, f64)>,
@@ -79,7 +79,7 @@ impl<const D: usize> Contacts<D> {
         };
         let near = self
             .state
-            .candidates
+            .near_pairs
             .par_iter()
             .with_min_len(PREDICTIONS_PER_TASK);
         near.map(wait).collect_into_vec(&mut predicted.waits);
@@ -96,7 +96,7 @@ impl<const D: usize> Contacts<D> {
                 ..self.impact_at(pair, &foot, rest)
             }
         };
-        let near = self.state.candidates.iter().zip(&predicted.waits);
+        let near = self.state.near_pairs.iter().zip(&predicted.waits);
         predicted.touching.clear();
         let touching = near.filter_map(|(&pair, wait)| Some((pair, (*wait)?)));
         predicted.touching.extend(touching);

@@ -117,7 +117,7 @@ impl<const D: usize> Contacts<D> {
         self.state.energies.penetration = self.max_penetration(exchange.old.at);
         let before = self.exchange_surface(exchange.mesh, surface);
         self.state.search = CandidateSearch::default();
-        self.state.candidates.clear();
+        self.state.near_pairs.clear();
         self.state.joins.clear();
         self.workspace.islands_outdated = true;
         let all = self.state.islands.iter_mut();

@@ -20,12 +20,12 @@ pub(crate) struct ContactState<const D: usize> {
     /// True if nodes have moved farther in a coarse step than their motion bound, in any step
     /// since the flag was last taken.
     pub(super) search_overrun: bool,
-    /// Candidate pairs of this coarse step, sorted.
-    pub(super) candidates: Vec<Pair>,
+    /// Near pairs of this coarse step, sorted.
+    pub(super) near_pairs: Vec<Pair>,
     /// Pairs whose nodes share a time level, with the last coarse step that needed it.
     pub(super) joins: Vec<(Pair, u64)>,
     pub(super) islands: Vec<Island<D>>,
-    /// The first coarse step since the islands were made in which a candidate pair dropped out.
+    /// The first coarse step since the islands were made in which a near pair dropped out.
     pub(super) first_dropout_step: Option<u64>,
     /// Contacts that have ended and have not been reported.
     pub(super) ended: Vec<ContactHistory>,
@@ -63,7 +63,7 @@ impl<const D: usize> ContactState<D> {
     ) -> Result<(), ResumeError> {
         let pairs = self.contact_points().map(|point| point.pair);
         let pairs = pairs.chain(self.joins.iter().map(|&(pair, _)| pair));
-        let mut pairs = pairs.chain(self.candidates.iter().copied());
+        let mut pairs = pairs.chain(self.near_pairs.iter().copied());
         require(
             pairs.all(&has) && self.search.is_of(nodes, blocks, &has),
             "its contacts",
@@ -89,7 +89,7 @@ impl<const D: usize> ContactState<D> {
 /// Memory of contact that [`ContactWorkspace::new`] rebuilds from the state between any two
 /// steps.
 pub(super) struct ContactWorkspace<const D: usize> {
-    /// True if the candidate and joined pairs are no longer all in islands.
+    /// True if the near and joined pairs are no longer all in islands.
     pub(super) islands_outdated: bool,
     pub(super) index: IslandIndex,
     pub(super) lists: StepLists,
@@ -100,7 +100,7 @@ pub(super) struct ContactWorkspace<const D: usize> {
 }
 
 impl<const D: usize> ContactWorkspace<D> {
-    /// Returns the workspace of `islands` that contain all candidate pairs, in a mesh of this
+    /// Returns the workspace of `islands` that contain all near pairs, in a mesh of this
     /// number of nodes.
     pub(super) fn new(nodes: usize, islands: &[Island<D>]) -> Self {
         Self {
@@ -116,11 +116,11 @@ impl<const D: usize> ContactWorkspace<D> {
 /// Lists of a coarse step. Kept to reuse their memory.
 #[derive(Default)]
 pub(super) struct StepLists {
-    /// Candidate pairs from the broad phase, until they become those of the state.
-    pub(super) near: Vec<Pair>,
+    /// Near pairs from the search, until they become those of the state.
+    pub(super) near_pairs: Vec<Pair>,
     pub(super) near_or_closed: Vec<Pair>,
     pub(super) closed_beyond: Vec<Pair>,
     pub(super) joins: Vec<(Pair, u64)>,
-    /// Index of the island of each candidate pair.
+    /// Index of the island of each near pair.
     pub(super) islands: Vec<Option<usize>>,
 }

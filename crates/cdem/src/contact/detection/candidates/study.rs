@@ -95,7 +95,7 @@ impl Cost {
         let search = &mut contacts.state.search;
         let blocks = contacts.model_data.search_context();
         let may_meet = |blocks| contacts.model_data.may_touch(blocks);
-        let near = &mut contacts.state.candidates;
+        let near = &mut contacts.state.near_pairs;
         let speeds = StepSpeeds {
             bounds: &speeds,
             step,
@@ -108,7 +108,7 @@ impl Cost {
             at.into(),
             speeds,
             &may_meet,
-            &mut contacts.state.candidates,
+            &mut contacts.state.near_pairs,
         );
         contacts.join(run.state.number);
         let number = run.state.number;
@@ -169,7 +169,7 @@ fn measure(across: usize, steps: u32) {
         each(cost.joins, looks),
         each(cost.grouping, looks),
         contacts.state.search.candidates.len() as f64 / blocks,
-        contacts.state.candidates.len() as f64 / blocks,
+        contacts.state.near_pairs.len() as f64 / blocks,
         contacts.contact_points().count() as f64 / blocks,
         begun as f64 / steps / blocks,
     );
