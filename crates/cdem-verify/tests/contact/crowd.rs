@@ -153,13 +153,8 @@ fn two_hundred(friction: f64, share: f64) {
 }
 
 #[test]
-fn two_hundred_polygons_with_friction_keep_momentum_and_lose_energy() {
+fn two_hundred_polygons_keep_momentum_and_lose_energy() {
     two_hundred(30.0, 0.3);
-}
-
-#[test]
-fn two_hundred_polygons_without_friction_keep_momentum_and_lose_energy() {
-    two_hundred(0.0, 0.3);
 }
 
 #[test]

@@ -160,8 +160,8 @@ fn unequal_bars_of_two_rows_give_the_force_of_wave_theory() {
 /// over the longer step, 2δ. In between, the node moves at ±σ A δ / (2 m), and the ledger measures
 /// ½v⁻·M·v⁺ = −(σ A δ)² / (8 m). That is δ² c² / (4 h²) of the strain energy of an element there.
 /// It is not a loss: it vanishes with the stress.
-fn ledger_lacks_the_square_of_the_step(rows: usize) {
-    for bars in Bars::all().filter(|bars| bars.rows == rows) {
+fn ledger_lacks_the_square_of_the_step(all: impl Iterator<Item = Bars>) {
+    for bars in all {
         let with = |safety| bars.residual(|time| time.safety = safety);
         let [most, half, quarter] = [0.5, 0.25, 0.125].map(with);
         println!("{bars:?}: residual {most:.2e}, with half the step {half:.2e}, {quarter:.2e}");
@@ -173,13 +173,13 @@ fn ledger_lacks_the_square_of_the_step(rows: usize) {
 
 #[test]
 fn what_the_ledger_lacks_falls_with_the_square_of_the_step() {
-    ledger_lacks_the_square_of_the_step(1);
+    ledger_lacks_the_square_of_the_step(Bars::all().take(1));
 }
 
 #[test]
-#[ignore = "slow study: bars of two rows of elements"]
-fn what_the_ledger_lacks_of_two_rows_falls_with_the_square_of_the_step() {
-    ledger_lacks_the_square_of_the_step(2);
+#[ignore = "slow study: all bars"]
+fn what_the_ledger_lacks_in_any_bar_falls_with_the_square_of_the_step() {
+    ledger_lacks_the_square_of_the_step(Bars::all());
 }
 
 /// With several levels the residual is 3e-3. Here one step is stable for the finest elements.

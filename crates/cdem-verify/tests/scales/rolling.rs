@@ -14,8 +14,7 @@ const RADIUS: f64 = 0.5;
 /// Part of the rotation over a side in which no corner hits.
 const BETWEEN_HITS: Range<f64> = 0.5..0.95;
 
-/// Coarse steps between two checks of the motion, and of the mesh.
-const SAMPLE: u64 = 10;
+/// Coarse steps between two checks of the mesh.
 const LOOK: u64 = 250;
 
 /// A rigid octagon whose corners neither rebound nor slip. Energies are per kilogram.
@@ -79,18 +78,19 @@ fn second_moment(corners: &[[f64; 2]], about: [f64; 2]) -> f64 {
     second / area
 }
 
-/// After the hit of a corner, the centre has the speed of the rigid octagon.
-#[test]
-fn an_octagon_rolls_from_corner_to_corner() {
+/// After the hit of a corner, the centre has the speed of the rigid octagon. Ends after `end`
+/// seconds on side number `sides`, and samples each `sample` coarse steps.
+fn an_octagon_rolls(end: f64, sides: usize, sample: u64) {
     let mut case = load("rolling-octagon");
+    case.scene.time.end = end;
     let octagon = Octagon::of(&mut case);
     let slope = 12_f64.to_radians();
     let mut simulation = case.start();
     let mut balance = Balance::new(&mut simulation);
-    let mut worst = vec![0.0; 4];
+    let mut worst = vec![0.0; sides];
     let (mut most, mut checked) = (0, 0);
     run(&mut simulation, |simulation| {
-        if !simulation.step_index().is_multiple_of(SAMPLE) {
+        if !simulation.step_index().is_multiple_of(sample) {
             return;
         }
         let row = balance.look(simulation);
@@ -119,7 +119,18 @@ fn an_octagon_rolls_from_corner_to_corner() {
     assert!(worst.iter().all(is_right), "{worst:?}");
     // 32 elements, and 20 more per zone. Zones of earlier corners do not stay.
     assert!(most < 32 + 3 * 20, "{most}");
-    assert!(checked > 100, "{checked}");
+    assert!(checked > 20 * (sides - 1), "{checked}");
     assert!(balance.momentum < 1e-12, "{balance:?}");
     assert!(balance.residual < 1e-3, "{balance:?}");
+}
+
+#[test]
+fn an_octagon_rolls_over_a_corner() {
+    an_octagon_rolls(0.5, 2, 10);
+}
+
+#[test]
+#[ignore = "slow study: four sides, each coarse step"]
+fn an_octagon_rolls_from_corner_to_corner() {
+    an_octagon_rolls(1.08, 4, 1);
 }

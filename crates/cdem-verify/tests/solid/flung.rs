@@ -183,9 +183,9 @@ fn plates(seed: u64) -> Case {
 #[test]
 fn thin_plates_that_tumble_bounce() {
     judge("plates, as filed", load("thin-plates").start(), None);
-    // In the last seeds an edge meets another from behind its end, or slides from one ridge onto
-    // two at once; corners slide through dents.
-    for seed in (0..3).chain([46, 94, 103, 125, 212]) {
+    // In these seeds an edge meets another from behind its end, or slides from one ridge onto two
+    // at once; corners slide through dents.
+    for seed in [46, 94, 103, 125, 212] {
         judge(&format!("plates {seed}"), plates(seed).start(), None);
     }
 }
@@ -194,8 +194,8 @@ fn thin_plates_that_tumble_bounce() {
 #[ignore = "slow study: many seeds"]
 fn thin_plates_that_tumble_bounce_in_many_ways() {
     let meet = |seed: &u64| judge_any(&format!("plates {seed}"), plates(*seed).start(), None) > 0;
-    let met = (3..300).filter(meet).count();
-    assert!(met > 250, "{met} of 297 meet");
+    let met = (0..300).filter(meet).count();
+    assert!(met > 250, "{met} of 300 meet");
 }
 
 /// Drops boulders on `across` stones of gravel for `end` seconds.

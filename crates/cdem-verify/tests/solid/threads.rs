@@ -24,7 +24,7 @@ fn told(threads: usize, steps: u64, start: impl Fn() -> Simulation + Sync) -> St
 
 fn assert_same_bits(steps: u64, start: impl Fn() -> Simulation + Sync) {
     let alone = told(1, steps, &start);
-    for threads in [2, 3, 7] {
+    for threads in [2, 7] {
         assert!(told(threads, steps, &start) == alone, "{threads} threads");
     }
 }

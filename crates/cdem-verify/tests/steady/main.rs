@@ -19,7 +19,7 @@ static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 const LOOK: usize = 64;
 
 /// Steps of a run with contacts until they all have begun, and then with requests counted.
-const STEPS: [usize; 2] = [300, 70];
+const STEPS: [usize; 2] = [300, 200];
 
 /// Fraction of steps that counts as few.
 const FEW: f64 = 0.1;
@@ -136,8 +136,8 @@ fn contacts_that_stay_ask_for_nothing() {
             ("slope-3d", load("slope-3d").start(), FEW),
             ("bars-2d", example("bars-2d").start(), FEW),
             ("slope-2d", example("slope-2d").start(), 0.0),
-            ("stones", columns(6, 4, 1), FEW),
-            ("meshed stones", columns(3, 2, 3), 0.0),
+            ("stones", columns(3, 3, 1), FEW),
+            ("meshed stones", columns(2, 2, 3), 0.0),
         ];
         for (name, mut simulation, few) in scenes {
             let asked = asked(&mut simulation, threads, STEPS);

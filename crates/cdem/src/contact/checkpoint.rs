@@ -12,7 +12,8 @@ impl<const D: usize> Contacts<D> {
         &self.state
     }
 
-    /// Continues from a stored state. The surface must be that of the time of storing.
+    /// Takes a stored state; the workspace is to be rebuilt then. The surface must be that of the
+    /// time of storing.
     ///
     /// # Errors
     /// If the state belongs to other blocks.
@@ -30,7 +31,6 @@ impl<const D: usize> Contacts<D> {
             watch,
             ..self.state.energies
         };
-        self.rebuild_workspace();
         Ok(())
     }
 

@@ -68,19 +68,19 @@ impl<const D: usize> CandidateSearch<D> {
 
     /// Lists the candidates by main feature and by block.
     pub(super) fn list_candidates(&mut self) {
-        self.active_candidates.forget();
+        self.workspace.active_candidates.forget();
         let mains = self.candidates.last().map_or(0, |last| last.pair.main + 1);
         let main = |candidate: &Candidate| candidate.pair.main as usize;
-        self.of_main = starts(self.candidates.iter().map(main), mains as usize);
+        self.workspace.of_main = starts(self.candidates.iter().map(main), mains as usize);
         let blocks = |candidate: &Candidate| candidate.blocks.map(|block| block as usize);
         let all = self.candidates.iter().flat_map(blocks);
-        self.start = starts(all, self.blocks.len());
-        let mut next = self.start.clone();
-        self.of_block.clear();
-        self.of_block.resize(2 * self.candidates.len(), 0);
+        self.workspace.block_start = starts(all, self.blocks.len());
+        let mut next = self.workspace.block_start.clone();
+        self.workspace.of_block.clear();
+        self.workspace.of_block.resize(2 * self.candidates.len(), 0);
         for (number, candidate) in (0..).zip(&self.candidates) {
             for block in blocks(candidate) {
-                self.of_block[next[block] as usize] = number;
+                self.workspace.of_block[next[block] as usize] = number;
                 next[block] += 1;
             }
         }
@@ -88,7 +88,8 @@ impl<const D: usize> CandidateSearch<D> {
 
     /// Returns the numbers of the candidates of a block.
     pub(super) fn candidates_of(&self, block: usize) -> &[u32] {
-        &self.of_block[self.start[block] as usize..self.start[block + 1] as usize]
+        &self.workspace.of_block[self.workspace.block_start[block] as usize
+            ..self.workspace.block_start[block + 1] as usize]
     }
 }
 

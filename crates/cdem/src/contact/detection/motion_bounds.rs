@@ -16,7 +16,7 @@ impl<const D: usize> CandidateSearch<D> {
         let count = self.blocks.len();
         let SearchWorkspace {
             together, largest, ..
-        } = &mut self.lists;
+        } = &mut self.workspace;
         together.reset(count);
         largest.clear();
         largest.extend(self.blocks.iter().map(|reach| reach.motion_bound));
@@ -39,7 +39,7 @@ impl<const D: usize> CandidateSearch<D> {
             largest,
             of_near,
             ..
-        } = &mut self.lists;
+        } = &mut self.workspace;
         for of in of_near {
             if of.iter().all(|&block| !fixed[block as usize]) {
                 let [a, b] = of.map(|block| largest[together.root(block) as usize]);
@@ -59,7 +59,7 @@ impl<const D: usize> CandidateSearch<D> {
             of_near,
             raised,
             ..
-        } = &mut self.lists;
+        } = &mut self.workspace;
         raised.clear();
         raised.resize(self.blocks.len(), false);
         for &block in of_near.as_flattened() {
@@ -79,8 +79,8 @@ impl<const D: usize> CandidateSearch<D> {
             .par_iter()
             .with_min_len(BOUND_CHECKS_PER_TASK);
         let blocks = found.map(|&number| self.candidates[number as usize].blocks);
-        blocks.collect_into_vec(&mut self.lists.of_near);
-        self.lists.of_near.dedup();
+        blocks.collect_into_vec(&mut self.workspace.of_near);
+        self.workspace.of_near.dedup();
     }
 
     /// Tests the candidates of blocks with an increased motion bound that have not been near.
@@ -91,20 +91,19 @@ impl<const D: usize> CandidateSearch<D> {
             raised,
             glances,
             open,
+            active_candidates,
+            is_near,
             ..
-        } = &mut self.lists;
+        } = &mut self.workspace;
         let is_open = |number: &u32| {
             let candidate = &self.candidates[*number as usize];
             let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
             let mut of = candidate.blocks.iter();
             of.any(|&block| raised[block as usize])
-                && !self.is_near[*number as usize]
+                && !is_near[*number as usize]
                 && candidate.may_be_near(a, b)
         };
-        let some = self
-            .active_candidates
-            .numbers
-            .par_chunks(BOUND_CHECKS_PER_TASK);
+        let some = active_candidates.numbers.par_chunks(BOUND_CHECKS_PER_TASK);
         glances.resize_with(some.len(), ActiveSubset::default);
         some.zip(&mut *glances).for_each(|(numbers, glance)| {
             glance.open.clear();

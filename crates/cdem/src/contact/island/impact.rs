@@ -98,9 +98,9 @@ impl<const D: usize> Island<D> {
     ) {
         let (duration, remaining) = (event.now.duration, event.now.remaining());
         let mut impact = self.impact(context, motion, duration);
-        bodies.rollback.track(self.solver.nodes(), motion);
+        bodies.rollback.track(self.workspace.solver.nodes(), motion);
         impact.solve(
-            &mut self.solver,
+            &mut self.workspace.solver,
             context,
             motion,
             BodyImpulses::NONE,
@@ -122,15 +122,33 @@ impl<const D: usize> Island<D> {
             let nodes = of_bodies.impulses.iter().map(|impulse| impulse.0);
             impact.start_also(nodes, motion);
             of_bodies.factor = 1.0;
-            impact.solve(&mut self.solver, context, motion, of_bodies, energies);
+            impact.solve(
+                &mut self.workspace.solver,
+                context,
+                motion,
+                of_bodies,
+                energies,
+            );
             of_bodies.factor = coupling.balance(touch, motion);
-            impact.solve(&mut self.solver, context, motion, of_bodies, energies);
+            impact.solve(
+                &mut self.workspace.solver,
+                context,
+                motion,
+                of_bodies,
+                energies,
+            );
         }
         for _ in 0..MOST_REPEATED_SOLVES {
             if !self.correct_targets(context, motion, &mut impact.constraints, event.now) {
                 break;
             }
-            impact.solve(&mut self.solver, context, motion, of_bodies, energies);
+            impact.solve(
+                &mut self.workspace.solver,
+                context,
+                motion,
+                of_bodies,
+                energies,
+            );
         }
         self.end_impact(
             context,
@@ -160,7 +178,7 @@ impl<const D: usize> Island<D> {
     ) {
         let mut impact = self.impact(context, motion, duration);
         impact.solve(
-            &mut self.solver,
+            &mut self.workspace.solver,
             context,
             motion,
             BodyImpulses::NONE,
@@ -186,7 +204,9 @@ impl<const D: usize> Island<D> {
             .par_iter()
             .with_min_len(CONTACTS_PER_TASK);
         let constraints: Vec<_> = contact.map(constraint).collect();
-        self.solver.load(&constraints, context.mobility(0.0));
+        self.workspace
+            .solver
+            .load(&constraints, context.mobility(0.0));
         let approach = constraints.iter();
         let approach = approach.map(|c| c.jacobian.relative_velocities(motion.velocity));
         ImpactSolve {

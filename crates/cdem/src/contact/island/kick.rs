@@ -139,20 +139,20 @@ impl<const D: usize> Island<D> {
         kick: Kick<D>,
         energies: ContactEnergies,
     ) {
-        let mut hold = std::mem::take(&mut self.kick_workspace);
+        let mut hold = std::mem::take(&mut self.workspace.kick);
         hold.energies = energies;
         self.track_contacts(context, motion.positions(), &mut hold);
-        let mut touches = std::mem::take(&mut self.touch_events);
+        let mut touches = std::mem::take(&mut self.workspace.touch_events);
         self.solve_closed(context, motion, kick, &mut hold, &mut touches);
         self.record_impulses(context, motion, kick, &mut hold);
         self.open_released(context, motion, kick, &mut hold);
         let parted = !hold.ended.is_empty();
         touches.reexamine(self, context, motion, kick.span.drift, parted);
-        self.touch_events = touches;
+        self.workspace.touch_events = touches;
         hold.end(motion.velocity);
         hold.undo(motion);
         hold.energies.watch.lap(Stage::Geometry);
-        self.kick_workspace = hold;
+        self.workspace.kick = hold;
     }
 
     /// Records the solved impulses in the contacts, and books their work. Contacts that slip
@@ -349,10 +349,11 @@ impl<const D: usize> Island<D> {
         hold.missed.resize(count, 0.0);
         let constraints = &hold.constraints;
         hold.energies.time_solution(|| {
-            self.solver
+            self.workspace
+                .solver
                 .load(constraints, context.mobility(span.interval))
         });
-        hold.start(self.solver.nodes(), motion.velocity);
+        hold.start(self.workspace.solver.nodes(), motion.velocity);
     }
 
     /// Solves the constraints, and again with targets corrected for the gap errors, at most
@@ -368,7 +369,7 @@ impl<const D: usize> Island<D> {
             return;
         }
         loop {
-            let (system, constraints) = (&mut self.solver, &mut hold.constraints);
+            let (system, constraints) = (&mut self.workspace.solver, &mut hold.constraints);
             let (velocity, precision) = (&mut *motion.velocity, hold.precision);
             let solve = || system.solve(constraints, velocity, precision);
             hold.energies.count_solve(solve);

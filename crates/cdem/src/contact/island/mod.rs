@@ -46,43 +46,43 @@ pub(crate) struct IslandBodies<'a, const D: usize, I: BodyCoupling<D>> {
     pub(crate) received: &'a mut DriftImpulses<D>,
 }
 
-/// Contact points and candidate pairs that share nodes, solved together.
+/// Contact points and near pairs that share nodes, solved together.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Island<const D: usize> {
-    /// Open candidate pairs of this coarse step, with their separation bounds.
+    /// Open pairs of this coarse step, with their separation bounds.
     #[serde(skip)]
     pub(crate) separation_bounds: SeparationBounds,
     /// Closed pairs.
     pub(crate) contact_points: Vec<ContactPoint<D>>,
     /// Nodes that move with the island, sorted.
     pub(crate) nodes: Vec<u32>,
-    /// Solver of its contacts. Kept while the contacts stay, and to reuse its memory.
     #[serde(skip)]
-    pub(super) solver: Solver<D>,
+    pub(super) workspace: IslandWorkspace<D>,
+}
+
+/// All of an island that can be rebuilt between two steps, kept to reuse its memory.
+#[derive(Clone, Debug, Default)]
+pub(super) struct IslandWorkspace<const D: usize> {
+    /// Solver of its contacts. Kept while the contacts stay.
+    solver: Solver<D>,
     /// First touches of open pairs: valid from a kick to the end of its drift.
-    #[serde(skip)]
-    pub(super) touch_events: TouchEvents<D>,
+    touch_events: TouchEvents<D>,
     /// Constraints and results of a kick.
-    #[serde(skip)]
-    pub(super) kick_workspace: KickWorkspace<D>,
+    kick: KickWorkspace<D>,
 }
 
 impl<const D: usize> Island<D> {
     /// Returns an island without pairs and nodes that keeps the solver and memory of this one.
     pub(super) fn restart(self) -> Self {
         Self {
-            solver: self.solver,
-            touch_events: self.touch_events,
-            kick_workspace: self.kick_workspace,
+            workspace: self.workspace,
             ..Self::default()
         }
     }
 
     /// Drops all that can be rebuilt between two steps.
     pub(super) fn drop_workspace(&mut self) {
-        self.solver = Solver::default();
-        self.touch_events = TouchEvents::default();
-        self.kick_workspace = KickWorkspace::default();
+        self.workspace = IslandWorkspace::default();
     }
 
     /// Moves the island through the drift of a substep, after its kick: separate up to each
@@ -96,7 +96,7 @@ impl<const D: usize> Island<D> {
         bodies: &mut IslandBodies<D, impl BodyCoupling<D>>,
         energies: &mut ContactEnergies,
     ) {
-        let mut touches = std::mem::take(&mut self.touch_events);
+        let mut touches = std::mem::take(&mut self.workspace.touch_events);
         let mut now = DriftProgress::start(duration);
         for event in 0.. {
             let window = if event + touches.upcoming_count() <= EVENTS {
@@ -133,7 +133,7 @@ impl<const D: usize> Island<D> {
             touches.update(self, context, motion, &event, ClosureRule::InDrift);
         }
         self.advance(motion, now.remaining());
-        self.touch_events = touches;
+        self.workspace.touch_events = touches;
     }
 
     /// Returns the kick interval and the drift of the island, if it is due.
@@ -143,12 +143,12 @@ impl<const D: usize> Island<D> {
 
     /// Returns the number of pairs that are closed or will touch in the drift.
     pub(super) fn pair_count(&self) -> usize {
-        self.contact_points.len() + self.touch_events.upcoming_count()
+        self.contact_points.len() + self.workspace.touch_events.upcoming_count()
     }
 
     /// True if no pair will touch in the drift.
     pub(super) fn flies_freely(&self) -> bool {
-        self.touch_events.upcoming_count() == 0
+        self.workspace.touch_events.upcoming_count() == 0
     }
 
     /// Moves the nodes at their present velocities, those that the separation bounds were
@@ -314,8 +314,13 @@ impl<const D: usize> Island<D> {
             residual: RESIDUAL,
             velocity: self.precision(context, at, 1.0),
         };
-        self.solver.load(&constraints, context.mobility(0.0));
-        let mut shifts = self.solver.solve_from_rest(&constraints, precision);
+        self.workspace
+            .solver
+            .load(&constraints, context.mobility(0.0));
+        let mut shifts = self
+            .workspace
+            .solver
+            .solve_from_rest(&constraints, precision);
         shifts.retain(|(_, shift)| *shift != [0.0; D]);
         shifts
     }

@@ -97,8 +97,8 @@ pub(crate) fn kick<const D: usize>(
             .for_each(|island| kick_island(island, motion));
     }
     let due = islands.iter().filter(|island| is_due(island));
-    energies.add(due.clone().map(|island| island.kick_workspace.energies()));
-    for hold in due.map(|island| &island.kick_workspace) {
+    energies.add(due.clone().map(|island| island.workspace.kick.energies()));
+    for hold in due.map(|island| &island.workspace.kick) {
         hold.redo(motion.velocity);
         for solved in hold.solved() {
             let receive = |node, impulse: &[f64; D]| received.push((node, *impulse));
@@ -106,7 +106,7 @@ pub(crate) fn kick<const D: usize>(
         }
     }
     let due = islands.iter_mut().filter(|island| is_due(island));
-    due.flat_map(|island| island.kick_workspace.ended())
+    due.flat_map(|island| island.workspace.kick.ended())
         .collect()
 }
 

@@ -98,36 +98,32 @@ pub(crate) struct StepSpeeds<'a> {
 pub(crate) struct CandidateSearch<const D: usize> {
     /// Candidate pairs, sorted by pair.
     pub(crate) candidates: Vec<Candidate>,
-    /// Index of the first candidate of each main feature.
-    #[serde(skip)]
-    pub(super) of_main: Vec<u32>,
-    /// Candidates of each block, as one list, and the index of the first of each block.
-    #[serde(skip)]
-    pub(super) of_block: Vec<u32>,
-    #[serde(skip)]
-    pub(super) start: Vec<u32>,
-    /// The candidates that are tested for now.
-    #[serde(skip)]
-    pub(crate) active_candidates: ActiveCandidates,
     /// Positions of the nodes in the last broad phase and in the last step, m.
     #[serde(with = "serde_pod")]
     pub(super) origin: Vec<[f64; D]>,
     #[serde(with = "serde_pod")]
     pub(super) last: Vec<[f64; D]>,
     pub(crate) blocks: Vec<MotionBound>,
-    /// True for each candidate that is near, and the numbers of the near ones.
-    #[serde(skip)]
-    pub(crate) is_near: Vec<bool>,
+    /// Numbers of the near candidates.
     pub(crate) found: Vec<u32>,
     #[serde(skip)]
-    pub(crate) lists: SearchWorkspace,
+    pub(crate) workspace: SearchWorkspace,
     /// True if blocks may have passed through others before the last search.
     outrun: bool,
 }
 
-/// Lists of a search, made again in each search and kept for their storage.
+/// All of a search that can be rebuilt between two steps, kept to reuse its memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SearchWorkspace {
+    /// Index of the first candidate of each main feature.
+    pub(super) of_main: Vec<u32>,
+    /// Candidates of each block, as one list, and the index of the first of each block.
+    pub(super) of_block: Vec<u32>,
+    pub(super) block_start: Vec<u32>,
+    /// The candidates that are tested for now.
+    pub(crate) active_candidates: ActiveCandidates,
+    /// True for each candidate that is near.
+    pub(crate) is_near: Vec<bool>,
     /// Squares of the largest displacements of a node of each block since the last search and since
     /// the last broad phase, m².
     squares: BlockMax<2>,
@@ -219,11 +215,11 @@ impl<const D: usize> CandidateSearch<D> {
     /// Returns true if a pair is a candidate and near.
     pub(crate) fn is_near(&self, pair: Pair) -> bool {
         let main = pair.main as usize;
-        let Some(&[first, end]) = self.of_main.get(main..main + 2) else {
+        let Some(&[first, end]) = self.workspace.of_main.get(main..main + 2) else {
             return false;
         };
         (first as usize..end as usize)
-            .any(|number| self.is_near[number] && self.candidates[number].pair == pair)
+            .any(|number| self.workspace.is_near[number] && self.candidates[number].pair == pair)
     }
 
     /// Updates the travels of the blocks, and `outrun` if they exceed their bounds.
@@ -234,7 +230,11 @@ impl<const D: usize> CandidateSearch<D> {
         let nodes = self.last.par_iter_mut().with_min_len(NODES_AT_ONCE);
         let moving = nodes.enumerate().filter(|(node, _)| !is_fixed(*node));
         moving.for_each(|(node, last)| *last = at.at(node as u32));
-        for (reach, [way, moved]) in self.blocks.iter_mut().zip(self.lists.squares.of_blocks()) {
+        for (reach, [way, moved]) in self
+            .blocks
+            .iter_mut()
+            .zip(self.workspace.squares.of_blocks())
+        {
             reach.way += way.sqrt();
             reach.moved = moved.sqrt();
         }
@@ -250,14 +250,16 @@ impl<const D: usize> CandidateSearch<D> {
             let gone = [&self.last[n], &self.origin[n]].map(|then| sub(&now, then));
             gone.map(|gone| dot(&gone, &gone))
         };
-        self.lists.squares.find(block_of, blocks.fixed.len(), gone);
+        self.workspace
+            .squares
+            .find(block_of, blocks.fixed.len(), gone);
     }
 
     /// Returns true if blocks that moved farther than their motion bound since the last search may
     /// have passed through others. That is so if, with the true displacements as bounds, more pairs
     /// would have been near, and the nodes of such a pair moved as far as its distance.
     fn let_through(&self, blocks: &SearchContext<D>, at: Configuration<D>) -> bool {
-        let gone = |block: usize| self.lists.squares.of_blocks()[block][0].sqrt();
+        let gone = |block: usize| self.workspace.squares.of_blocks()[block][0].sqrt();
         let way = |nodes: &[u32]| {
             let ways = nodes.iter();
             let ways = ways.map(|&node| norm(&sub(&at.at(node), &self.last[node as usize])));
@@ -276,7 +278,7 @@ impl<const D: usize> CandidateSearch<D> {
             let [a, b] = of.map(|block| gone(block as usize));
             let surface = blocks.surface;
             let own = way(surface.main_nodes(pair.main)) + way(surface.target_nodes(pair.target));
-            !self.is_near[*number as usize]
+            !self.workspace.is_near[*number as usize]
                 && surface.distance_lower_bound(pair, before) <= own + blocks.tolerance
                 && surface.cull(pair, before, blocks.range(a + b)) == CullingResult::Near
         };
@@ -309,23 +311,28 @@ impl<const D: usize> CandidateSearch<D> {
     /// Makes all anew that a checkpoint does not contain.
     pub(crate) fn rebuild_workspace(&mut self) {
         self.list_candidates();
-        self.is_near = vec![false; self.candidates.len()];
+        self.workspace.is_near = vec![false; self.candidates.len()];
         for &number in &self.found {
-            self.is_near[number as usize] = true;
+            self.workspace.is_near[number as usize] = true;
         }
     }
 
     fn test_all(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         self.motion_ahead(blocks.tolerance);
         self.compare_bounds();
-        self.is_near.clear();
-        self.is_near.resize(self.candidates.len(), false);
         self.found.clear();
-        let SearchWorkspace { glances, open, .. } = &mut self.lists;
+        let SearchWorkspace {
+            glances,
+            open,
+            is_near,
+            ..
+        } = &mut self.workspace;
+        is_near.clear();
+        is_near.resize(self.candidates.len(), false);
         open.clear();
         for glance in glances {
             for number in &glance.still_near {
-                self.is_near[*number as usize] = true;
+                is_near[*number as usize] = true;
                 self.found.push(*number);
             }
             open.extend(&glance.open);
@@ -337,24 +344,29 @@ impl<const D: usize> CandidateSearch<D> {
     /// Computes the travel bounds of each block, and selects the active candidates again if the
     /// list does not serve any more.
     pub(crate) fn motion_ahead(&mut self, tolerance: f64) {
-        let ahead = &mut self.lists.ahead;
+        let SearchWorkspace {
+            ahead,
+            active_candidates,
+            ..
+        } = &mut self.workspace;
         ahead.clear();
         ahead.extend(self.blocks.iter().map(|reach| reach.ahead(tolerance)));
-        if !self.active_candidates.serves(ahead) {
+        if !active_candidates.serves(ahead) {
             let shares = self.blocks.iter().map(|reach| reach.motion_bound);
             let share = shares.fold(0.0, f64::max);
-            self.active_candidates
-                .sort_out(&self.candidates, ahead, share);
+            active_candidates.sort_out(&self.candidates, ahead, share);
         }
     }
 
     /// Compares the active candidates with the travel bounds, in parallel chunks.
     fn compare_bounds(&mut self) {
-        let SearchWorkspace { glances, ahead, .. } = &mut self.lists;
-        let some = self
-            .active_candidates
-            .numbers
-            .par_chunks(BOUND_CHECKS_PER_TASK);
+        let SearchWorkspace {
+            glances,
+            ahead,
+            active_candidates,
+            ..
+        } = &mut self.workspace;
+        let some = active_candidates.numbers.par_chunks(BOUND_CHECKS_PER_TASK);
         glances.resize_with(some.len(), ActiveSubset::default);
         some.zip(glances).for_each(|(numbers, glance)| {
             glance.still_near.clear();
@@ -400,7 +412,12 @@ impl<const D: usize> CandidateSearch<D> {
             };
             (apart + way, excluded_until, held)
         };
-        let SearchWorkspace { open, looked, .. } = &mut self.lists;
+        let SearchWorkspace {
+            open,
+            looked,
+            is_near,
+            ..
+        } = &mut self.workspace;
         let numbers = open.par_iter().with_min_len(CANDIDATES_PER_TASK);
         numbers.map(look).collect_into_vec(looked);
         for (&number, &(until, excluded_until, held)) in open.iter().zip(&*looked) {
@@ -411,7 +428,7 @@ impl<const D: usize> CandidateSearch<D> {
                 candidate.near_until,
             ) = (until, excluded_until, held);
             if held >= 0.0 {
-                self.is_near[number as usize] = true;
+                is_near[number as usize] = true;
                 self.found.push(number);
             }
         }
