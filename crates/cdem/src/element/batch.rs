@@ -1,6 +1,6 @@
 //! Structure-of-arrays batches of elements for the SIMD kernels.
 
-use crate::element::element_set::{ElementHistory, ElementHistoryMut};
+use crate::element::element_set::{ElementRecord, ElementRecordMut};
 use crate::element::geometry::{self, ElementGeometry, IntegrationPoints, Lame, NodalValues};
 use crate::element::prefetch::prefetch;
 use crate::element::simd::{Lanes, SimdRow, Single, WIDTH};
@@ -221,14 +221,14 @@ pub(super) struct BatchRecords<'a, L, R> {
     pub(super) first: usize,
 }
 
-impl<L: Lanes, R: AsRef<[SimdRow]>> ElementHistory<L::Number> for BatchRecords<'_, L, R> {
+impl<L: Lanes, R: AsRef<[SimdRow]>> ElementRecord<L::Number> for BatchRecords<'_, L, R> {
     #[inline(always)]
     fn get(&self, place: usize) -> L::Number {
         self.lanes.load(&self.rows.as_ref()[place], self.first)
     }
 }
 
-impl<L: Lanes, R: AsRef<[SimdRow]> + AsMut<[SimdRow]>> ElementHistoryMut<L::Number>
+impl<L: Lanes, R: AsRef<[SimdRow]> + AsMut<[SimdRow]>> ElementRecordMut<L::Number>
     for BatchRecords<'_, L, R>
 {
     #[inline(always)]

@@ -23,25 +23,25 @@ pub(super) const MAX_RECORD: usize = 70;
 
 /// The record of an element, stored from kick to kick: numbers by index, of one element or of
 /// several in SIMD lanes.
-pub(super) trait ElementHistory<T> {
+pub(super) trait ElementRecord<T> {
     /// Returns the number at an index.
     fn get(&self, place: usize) -> T;
 }
 
 /// A record that can be updated.
-pub(super) trait ElementHistoryMut<T>: ElementHistory<T> {
+pub(super) trait ElementRecordMut<T>: ElementRecord<T> {
     /// Replaces the number at an index. A formulation reads no number again after it has set it.
     fn set(&mut self, place: usize, number: T);
 }
 
-impl<T: Real> ElementHistory<T> for [T] {
+impl<T: Real> ElementRecord<T> for [T] {
     #[inline(always)]
     fn get(&self, place: usize) -> T {
         self[place]
     }
 }
 
-impl<T: Real> ElementHistoryMut<T> for [T] {
+impl<T: Real> ElementRecordMut<T> for [T] {
     #[inline(always)]
     fn set(&mut self, place: usize, number: T) {
         self[place] = number;
@@ -64,7 +64,7 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
     fn respond<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         displacement: &NodalValues<D, N, T>,
-        record: &mut (impl ElementHistoryMut<T> + ?Sized),
+        record: &mut (impl ElementRecordMut<T> + ?Sized),
     ) -> NodalValues<D, N, T>;
 
     /// Returns the rate of change of the first Piola–Kirchhoff stress by strain rates, Pa/s, for
@@ -99,7 +99,7 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
     fn strain_energy<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         displacement: &NodalValues<D, N, T>,
-        record: &(impl ElementHistory<T> + ?Sized),
+        record: &(impl ElementRecord<T> + ?Sized),
     ) -> T;
 
     /// Returns the integral of the Cauchy stress.
@@ -107,7 +107,7 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
         element: &impl IntegrationPoints<D, N, Q, T>,
         moduli: &Moduli,
         displacement: &NodalValues<D, N, T>,
-        record: &(impl ElementHistory<T> + ?Sized),
+        record: &(impl ElementRecord<T> + ?Sized),
     ) -> StressIntegral<T>;
 
     /// Returns the stress history of an element, if the formulation has one.
@@ -362,7 +362,7 @@ where
         });
     }
 
-    fn update_history(&mut self, i: usize, displacement: &[[f64; D]]) {
+    fn update_record(&mut self, i: usize, displacement: &[[f64; D]]) {
         let mut numbers = [0.0; MAX_RECORD];
         let record = self.read_record(i, &mut numbers);
         F::respond(&self.element(i), &self.relative(i, displacement), record);

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::element::batch::{Batch, BatchLanes, BatchRecords};
 use crate::element::chunk::{Chunk, MAX_CHUNK};
-use crate::element::element_set::{ElementHistory, Formulation};
+use crate::element::element_set::{ElementRecord, Formulation};
 use crate::element::gather_scatter::{GatheredFields, LaneNodes};
 use crate::element::geometry::{self, IntegrationPoints, Moduli, NodalValues};
 use crate::element::internal_force::SERIAL_WORK;
@@ -35,7 +35,7 @@ pub(super) trait Evaluation<const D: usize, const N: usize, const Q: usize, cons
         element: &impl IntegrationPoints<D, N, Q, T>,
         moduli: &Moduli,
         displacement: &NodalValues<D, N, T>,
-        record: &impl ElementHistory<T>,
+        record: &impl ElementRecord<T>,
     ) -> [T; A];
 }
 
@@ -53,7 +53,7 @@ where
         element: &impl IntegrationPoints<D, N, Q, T>,
         _: &Moduli,
         displacement: &NodalValues<D, N, T>,
-        record: &impl ElementHistory<T>,
+        record: &impl ElementRecord<T>,
     ) -> [T; 1] {
         [F::strain_energy(element, displacement, record)]
     }
@@ -73,7 +73,7 @@ where
         element: &impl IntegrationPoints<D, N, Q, T>,
         moduli: &Moduli,
         displacement: &NodalValues<D, N, T>,
-        record: &impl ElementHistory<T>,
+        record: &impl ElementRecord<T>,
     ) -> [T; 6] {
         F::stress(element, moduli, displacement, record).average()
     }
@@ -93,7 +93,7 @@ impl<const D: usize, const N: usize, const Q: usize> Evaluation<D, N, Q, 2> for 
         element: &impl IntegrationPoints<D, N, Q, T>,
         _: &Moduli,
         displacement: &NodalValues<D, N, T>,
-        _: &impl ElementHistory<T>,
+        _: &impl ElementRecord<T>,
     ) -> [T; 2] {
         let one = displacement[0][0].constant(1.0);
         let (mut strains, mut changes) = (one.constant(0.0), one.constant(0.0));

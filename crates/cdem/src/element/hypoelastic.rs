@@ -2,7 +2,7 @@
 
 use crate::element::StressHistory;
 use crate::element::element_set::{
-    ElementHistory, ElementHistoryMut, Formulation, MAX_RECORD, StressIntegral,
+    ElementRecord, ElementRecordMut, Formulation, MAX_RECORD, StressIntegral,
 };
 use crate::element::geometry::{
     self, ElementGeometry, IntegrationPoints, Lame, Moduli, NodalValues,
@@ -58,7 +58,7 @@ impl Hypoelastic {
     /// Returns the gradient of displacement at a Gauss point at the last kick.
     #[inline(always)]
     fn last<const D: usize, const N: usize, const Q: usize, T: Real>(
-        record: &(impl ElementHistory<T> + ?Sized),
+        record: &(impl ElementRecord<T> + ?Sized),
         gradients: &NodalValues<D, N, T>,
     ) -> Tensor<D, T> {
         if Layout::<D, N, Q>::KEEPS_GRADIENT {
@@ -76,7 +76,7 @@ impl Hypoelastic {
     /// Returns the Cauchy stress of Gauss point `q`, Pa.
     #[inline(always)]
     fn stress<const D: usize, const N: usize, const Q: usize, T: Real>(
-        record: &(impl ElementHistory<T> + ?Sized),
+        record: &(impl ElementRecord<T> + ?Sized),
         q: usize,
     ) -> Tensor<D, T> {
         tensor::filled(|i, j| record.get(Layout::<D, N, Q>::stress(q, i.min(j), i.max(j))))
@@ -85,7 +85,7 @@ impl Hypoelastic {
     /// Stores the displacements, m, or their `gradient` for the next kick.
     #[inline(always)]
     fn set_last<const D: usize, const N: usize, const Q: usize, T: Real>(
-        record: &mut (impl ElementHistoryMut<T> + ?Sized),
+        record: &mut (impl ElementRecordMut<T> + ?Sized),
         displacement: &NodalValues<D, N, T>,
         gradient: &Tensor<D, T>,
     ) {
@@ -107,7 +107,7 @@ impl Hypoelastic {
     /// Stores the stress of Gauss point `q`, Pa.
     #[inline(always)]
     fn set_stress<const D: usize, const N: usize, const Q: usize, T: Real>(
-        record: &mut (impl ElementHistoryMut<T> + ?Sized),
+        record: &mut (impl ElementRecordMut<T> + ?Sized),
         q: usize,
         stress: &Tensor<D, T>,
     ) {
@@ -160,7 +160,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Hy
     fn respond<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         u: &NodalValues<D, N, T>,
-        record: &mut (impl ElementHistoryMut<T> + ?Sized),
+        record: &mut (impl ElementRecordMut<T> + ?Sized),
     ) -> NodalValues<D, N, T> {
         let mut force = geometry::nothing(u);
         let mut work = record.get(Layout::<D, N, Q>::WORK);
@@ -193,7 +193,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Hy
     fn strain_energy<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         u: &NodalValues<D, N, T>,
-        record: &(impl ElementHistory<T> + ?Sized),
+        record: &(impl ElementRecord<T> + ?Sized),
     ) -> T {
         let mut work = record.get(Layout::<D, N, Q>::WORK);
         for q in 0..Q {
@@ -211,7 +211,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Hy
         element: &impl IntegrationPoints<D, N, Q, T>,
         moduli: &Moduli,
         u: &NodalValues<D, N, T>,
-        record: &(impl ElementHistory<T> + ?Sized),
+        record: &(impl ElementRecord<T> + ?Sized),
     ) -> StressIntegral<T> {
         let out_of_plane = u[0][0].constant(moduli.out_of_plane);
         let mut now = [u[0][0].constant(0.0); MAX_RECORD];

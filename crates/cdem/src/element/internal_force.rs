@@ -161,7 +161,7 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
                 nodes,
                 records,
             } = found;
-            let rows = if self.due.updates_history {
+            let rows = if self.due.updates_records {
                 records
             } else {
                 discarded.clear();

@@ -98,8 +98,8 @@ pub(crate) struct Due<'a> {
     pub(crate) coarsest: u8,
     /// Interval of the kick.
     pub(crate) interval: Interval<'a>,
-    /// True if the kick updates the history of the elements. A report must not change it.
-    pub(crate) updates_history: bool,
+    /// True if the kick updates the records of the elements. A report must not change it.
+    pub(crate) updates_records: bool,
 }
 
 /// Interval of a kick, s.
@@ -155,15 +155,15 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
 
     /// Writes the impulses of the due groups to `shares`: the sums of interval·f over their
     /// elements, N·s, where f is the internal nodal force (minus the energy gradient, N). Updates
-    /// the history of the elements to the displacements (incremental kinematics: stress is rotated
+    /// the records of the elements to the displacements (incremental kinematics: stress is rotated
     /// and updated, work is summed).
     ///
     /// With stiffness-proportional damping β the impulse of the viscous stress β·C:(strain rate)
     /// goes to the second array of `shares`. `motion` is displacements, m, and velocities, m/s.
     fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: GroupImpulses<D>);
 
-    /// Updates the history of element `i` to `displacement`.
-    fn update_history(&mut self, i: usize, displacement: &[[f64; D]]);
+    /// Updates the record of element `i` to `displacement`.
+    fn update_record(&mut self, i: usize, displacement: &[[f64; D]]);
 
     /// Returns the strain energy of element `i`, J. Incremental kinematics: the work done on it up
     /// to its last kick and from there straight to `displacement`.
@@ -178,7 +178,7 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// Pa. In 2-D it includes zz of plane strain.
     fn stresses(&self, displacement: &[[f64; D]], stresses: &mut [[f64; 6]]);
 
-    /// Returns the nodal forces of element `i`, N. The history does not change.
+    /// Returns the nodal forces of element `i`, N. The record does not change.
     fn force(&self, i: usize, displacement: &[[f64; D]]) -> PaddedNodal<D>;
 
     /// Returns the rate of change of the nodal forces by strain rates, −K·v, N/s, for velocities v
@@ -224,7 +224,7 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     fn record_length(&self) -> usize;
 
     /// Returns the numbers that element `i` stores from kick to kick; none for a formulation
-    /// without history.
+    /// without record.
     fn record(&self, i: usize) -> Vec<f64>;
 
     /// Sets the stored numbers of element `i` to those of the same element of another set.

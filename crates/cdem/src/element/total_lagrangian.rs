@@ -1,6 +1,6 @@
 //! Total Lagrangian kinematics with St Venant–Kirchhoff elasticity.
 
-use crate::element::element_set::{ElementHistory, ElementHistoryMut, Formulation, StressIntegral};
+use crate::element::element_set::{ElementRecord, ElementRecordMut, Formulation, StressIntegral};
 use crate::element::geometry::{self, IntegrationPoints, Lame, Moduli, NodalValues};
 use crate::element::simd::Real;
 use crate::element::tensor::{self, Tensor};
@@ -19,7 +19,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
     fn respond<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         u: &NodalValues<D, N, T>,
-        _: &mut (impl ElementHistoryMut<T> + ?Sized),
+        _: &mut (impl ElementRecordMut<T> + ?Sized),
     ) -> NodalValues<D, N, T> {
         let mut force = geometry::nothing(u);
         for q in 0..Q {
@@ -43,7 +43,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
     fn strain_energy<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         u: &NodalValues<D, N, T>,
-        _: &(impl ElementHistory<T> + ?Sized),
+        _: &(impl ElementRecord<T> + ?Sized),
     ) -> T {
         let half = u[0][0].constant(0.5);
         let mut energy = half.constant(0.0);
@@ -61,7 +61,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for To
         element: &impl IntegrationPoints<D, N, Q, T>,
         moduli: &Moduli,
         u: &NodalValues<D, N, T>,
-        _: &(impl ElementHistory<T> + ?Sized),
+        _: &(impl ElementRecord<T> + ?Sized),
     ) -> StressIntegral<T> {
         let out_of_plane = u[0][0].constant(moduli.out_of_plane);
         let mut integral = StressIntegral::new(u[0][0].constant(0.0));

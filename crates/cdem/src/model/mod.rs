@@ -27,7 +27,7 @@ use crate::model::positions::Positions;
 pub(crate) use crate::model::state::State;
 use crate::scene::{Damping, Problem, Scene, Schedule};
 
-/// Mesh, elements, masses and loads. A step changes only the history of the elements and the
+/// Mesh, elements, masses and loads. A step changes only the records of the elements and the
 /// prescribed components in them; a change of mesh changes all. [`State`] stores the arrays that a
 /// step changes.
 pub(crate) struct Model<const D: usize> {

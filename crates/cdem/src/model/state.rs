@@ -6,7 +6,7 @@ use crate::math::serde_pod;
 use crate::model::ledger::Ledger;
 
 /// The state of the bodies: motion, impulses and accounts. Beside it a restart needs the states of
-/// contact and adaptivity, and the histories of the elements, which stay in the element sets.
+/// contact and adaptivity, and the records of the elements, which stay in the element sets.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State<const D: usize> {
     /// Number of coarse steps made.

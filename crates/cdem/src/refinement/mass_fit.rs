@@ -83,8 +83,8 @@ impl<const D: usize> Moments<D> {
     /// none below `least`. They are the nearest to 1 in the mass-weighted mean square, except that
     /// a factor once found too low stays at `least`. Returns `None` if the nodes are too few.
     ///
-    /// With many nodes the factor is 1 plus a quadratic polynomial that is of second order in their
-    /// distance. A polynomial alone would need a tetrahedron cut into 1024 before it leaves the
+    /// With many nodes the factor is 1 plus a quadratic polynomial; it tends to 1 with the square of
+    /// the distance of the nodes from each other. A polynomial alone would need a tetrahedron cut into 1024 before it leaves the
     /// corners 0.3 of their masses. With this bound 64 are enough, and 16 triangles in 2-D: two
     /// halvings of all elements.
     pub(crate) fn fit(&self, points: &[[f64; D]], masses: &[f64], least: f64) -> Option<Vec<f64>> {

@@ -1,7 +1,7 @@
 //! The state of a run, from which another process continues bit for bit.
 //!
-//! A checkpoint stores the data that cannot be rebuilt from scene and mesh: motion, contacts and
-//! the search state, refinement zones, ledgers. Models, refined meshes, masses, levels and solvers
+//! A checkpoint stores the data that cannot be rebuilt from scene and mesh: motion, element records,
+//! contacts and the search state, refinement zones, ledgers. Models, refined meshes, masses, levels and solvers
 //! are rebuilt. Numbers are in the format of
 //! [postcard](https://postcard.jamesmunns.com/wire-format).
 

@@ -17,10 +17,10 @@ use crate::step::workspace::Workspace;
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct RunState<'a, const D: usize> {
     bodies: Cow<'a, State<D>>,
-    /// Histories of the elements, one element after the other. The element sets hold them in the
+    /// Records of the elements, one element after the other. The element sets hold them in the
     /// order of their kernels, which may differ from machine to machine.
     #[serde(with = "serde_pod")]
-    element_histories: Vec<f64>,
+    element_records: Vec<f64>,
     contacts: Option<Cow<'a, ContactState<D>>>,
     adaptivity: Option<Cow<'a, AdaptivityState<D>>>,
 }
@@ -32,7 +32,7 @@ impl<const D: usize> Run<D> {
         let adaptivity = self.adaptivity.as_ref();
         RunState {
             bodies: Cow::Borrowed(&self.state),
-            element_histories: self.model.element_histories(),
+            element_records: self.model.element_records(),
             contacts: contacts.map(|contacts| Cow::Borrowed(contacts.state())),
             adaptivity: adaptivity.map(|adaptivity| Cow::Borrowed(adaptivity.state())),
         }
@@ -59,8 +59,7 @@ impl<const D: usize> Run<D> {
             bodies.is_of(mesh.nodes.len(), mesh.elements.len(), mesh.blocks.len()),
             "its nodes and elements",
         )?;
-        self.model
-            .set_element_histories(&stored.element_histories)?;
+        self.model.set_element_records(&stored.element_records)?;
         self.state = bodies;
         self.model.set_prescribed_nodes(self.time());
         if let (Some(contacts), Some(state)) = (&mut self.contacts, stored.contacts) {
@@ -105,13 +104,13 @@ impl<const D: usize> Run<D> {
 
 impl<const D: usize> Model<D> {
     /// Returns the histories of the elements, set by set.
-    fn element_histories(&self) -> Vec<f64> {
+    fn element_records(&self) -> Vec<f64> {
         let of_set = self.sets.iter();
         let records = of_set.flat_map(|set| (0..set.len()).flat_map(|i| set.record(i)));
         records.collect()
     }
 
-    fn set_element_histories(&mut self, histories: &[f64]) -> Result<(), ResumeError> {
+    fn set_element_records(&mut self, histories: &[f64]) -> Result<(), ResumeError> {
         let mut rest = histories;
         for set in &mut self.sets {
             let length = set.record_length();

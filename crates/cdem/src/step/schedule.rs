@@ -83,7 +83,7 @@ impl Substep<'_> {
         Due {
             coarsest: self.coarsest,
             interval: of_element.map_or(Interval::OfLevel(&self.durations), Interval::OfElement),
-            updates_history: self.purpose == KickPurpose::Advance,
+            updates_records: self.purpose == KickPurpose::Advance,
         }
     }
 

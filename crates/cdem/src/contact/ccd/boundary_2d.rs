@@ -39,8 +39,8 @@ impl Boundary2d {
         beyond_reentrant(turn, depth) / self.target_size(edge, at) + FOOT_ROUND_OFF
     }
 
-    /// Returns true if a touch within `zone`, m, of an end belongs to the other edge at a convex
-    /// corner of the target. A point that slides along one edge crosses the line of the other,
+    /// Returns true if a touch within `zone`, m, of an end of the target edge is a touch of the
+    /// next edge, at a convex corner. A point that slides along one edge crosses the line of the other,
     /// which is no touch. The positions `then` are those at the end of the drift.
     fn belongs_to_other_edge(
         &self,

@@ -92,8 +92,8 @@ impl Boundary3d {
         // If the edges turn, the same gap has another volume at the end.
         let area = |time: f64| area(&edges, time);
         let crossing = |time: f64| self.edge_edge(main, target, motion.after(time));
-        // Edges that turn out of one line touch as soon as they are no longer parallel, unless they
-        // stay so near that the next kick is early enough.
+        // Parallel edges touch as soon as they are no longer parallel, unless they come no deeper
+        // than `depth` until the next kick.
         let sinks = crossing(0.0).is_none()
             && crossing(duration).is_some_and(|crossing| crossing.gap < -depth);
         let margin = volume.round_off(duration);

@@ -112,10 +112,10 @@ impl SignedVolume {
         VOLUME_ROUND_OFF * bound[0] * bound[1] * bound[2]
     }
 
-    /// Returns the first time at which the value, positive while a pair is open, has fallen to 0
-    /// and `touches` is true; never a later time. Below 0, as for a point that comes in round the
-    /// end of its target, a pair touches at the first time at which `touches` is true, the value
-    /// falls, and it is above -`deep`.
+    /// Returns the first time at which the value has fallen to 0 and `touches` is true; never a
+    /// later time. An open pair has a positive value. A point that comes round the end of its
+    /// target has a value below 0; it touches at the first time at which the value falls, is above
+    /// -`deep`, and `touches` is true.
     pub(crate) fn first_root(
         &self,
         duration: f64,

@@ -20,29 +20,29 @@ impl FrictionBounds {
         shear_norm(impulse) >= self.shear_bound(impulse[0]) * (1.0 - 1e-12)
     }
 
-    /// Scales the shear of an impulse down to its limit (10).
+    /// Scales the shear of an impulse down to its limit, (10) of \[Li2015\].
     #[inline(always)]
     pub(crate) fn clamp_shear<const D: usize>(&self, impulse: &mut [f64; D]) {
         let (square, bound) = (shear_square(impulse), self.shear_bound(impulse[0]));
         if square > bound * bound {
-            let share = share(bound, square);
+            let factor = factor_to_bound(bound, square);
             for r in 1..D {
-                impulse[r] *= share;
+                impulse[r] *= factor;
             }
         }
     }
 
-    /// Returns the shear limit (7) at a normal impulse, N·s.
+    /// Returns the shear limit at a normal impulse, (7) of \[Li2015\], N·s.
     #[inline(always)]
     pub(crate) fn shear_bound(&self, normal: f64) -> f64 {
         (normal * self.friction + self.cohesion).max(0.0)
     }
 }
 
-/// Returns a bound over a length, from the square of the length. Marked cold: most contacts
-/// stick, and they must not wait for a square root.
+/// Returns the factor that shortens a shear impulse, given by its square, to its bound. Marked
+/// cold: most contacts stick, and they must not wait for a square root.
 #[cold]
-fn share(bound: f64, square: f64) -> f64 {
+fn factor_to_bound(bound: f64, square: f64) -> f64 {
     bound / square.sqrt()
 }
 

@@ -12,7 +12,7 @@ use crate::contact::energy::ContactEnergies;
 use crate::contact::interior::{BodyCoupling, VelocityJump};
 use crate::contact::island::touch_events::Event;
 use crate::contact::island::{Island, IslandBodies};
-use crate::contact::solver::{Precision, Solver};
+use crate::contact::solver::Precision;
 use crate::contact::timing::DriftProgress;
 use crate::contact::tolerances::{
     CONTACTS_PER_TASK, CROWD_RESIDUAL, FEW_CONTACTS, GAP_ERROR, MOST_REPEATED_SOLVES, RESIDUAL,
@@ -55,34 +55,6 @@ impl<const D: usize> ImpactSolve<D> {
         let with_velocity = |node: u32| (node, motion.velocity[node as usize]);
         self.start.extend(others.into_iter().map(with_velocity));
     }
-
-    /// Solves for the velocities after the impact, with the `impulses` of the bodies acting at
-    /// the same instant.
-    fn solve(
-        &mut self,
-        system: &mut Solver<D>,
-        context: &ContactContext<D>,
-        motion: &mut NodalMotion<D>,
-        impulses: BodyImpulses<D>,
-        energies: &mut ContactEnergies,
-    ) {
-        for (node, velocity) in &self.start {
-            motion.velocity[*node as usize] = *velocity;
-        }
-        for (node, impulse) in impulses.impulses {
-            let impulse = impulse.map(|x| impulses.factor * x);
-            context
-                .inertia
-                .apply_impulse(*node as usize, &impulse, motion.velocity);
-        }
-        let is_small = self.constraints.len() <= FEW_CONTACTS;
-        let done = if is_small { RESIDUAL } else { CROWD_RESIDUAL };
-        let precision = Precision {
-            residual: done,
-            velocity: self.precision,
-        };
-        energies.count_solve(|| system.solve(&mut self.constraints, motion.velocity, precision));
-    }
 }
 
 impl<const D: usize> Island<D> {
@@ -99,13 +71,7 @@ impl<const D: usize> Island<D> {
         let (duration, remaining) = (event.now.duration, event.now.remaining());
         let mut impact = self.impact(context, motion, duration);
         bodies.rollback.track(self.workspace.solver.nodes(), motion);
-        impact.solve(
-            &mut self.workspace.solver,
-            context,
-            motion,
-            BodyImpulses::NONE,
-            energies,
-        );
+        self.solve_for(&mut impact, context, motion, BodyImpulses::NONE, energies);
         let jump = VelocityJump {
             nodes: &self.nodes,
             before: event.before,
@@ -122,33 +88,15 @@ impl<const D: usize> Island<D> {
             let nodes = of_bodies.impulses.iter().map(|impulse| impulse.0);
             impact.start_also(nodes, motion);
             of_bodies.factor = 1.0;
-            impact.solve(
-                &mut self.workspace.solver,
-                context,
-                motion,
-                of_bodies,
-                energies,
-            );
+            self.solve_for(&mut impact, context, motion, of_bodies, energies);
             of_bodies.factor = coupling.balance(touch, motion);
-            impact.solve(
-                &mut self.workspace.solver,
-                context,
-                motion,
-                of_bodies,
-                energies,
-            );
+            self.solve_for(&mut impact, context, motion, of_bodies, energies);
         }
         for _ in 0..MOST_REPEATED_SOLVES {
             if !self.correct_targets(context, motion, &mut impact.constraints, event.now) {
                 break;
             }
-            impact.solve(
-                &mut self.workspace.solver,
-                context,
-                motion,
-                of_bodies,
-                energies,
-            );
+            self.solve_for(&mut impact, context, motion, of_bodies, energies);
         }
         self.end_impact(
             context,
@@ -166,6 +114,36 @@ impl<const D: usize> Island<D> {
         );
     }
 
+    /// Solves for the velocities after the impact, with the `impulses` of the bodies acting at
+    /// the same instant.
+    fn solve_for(
+        &mut self,
+        impact: &mut ImpactSolve<D>,
+        context: &ContactContext<D>,
+        motion: &mut NodalMotion<D>,
+        impulses: BodyImpulses<D>,
+        energies: &mut ContactEnergies,
+    ) {
+        for (node, velocity) in &impact.start {
+            motion.velocity[*node as usize] = *velocity;
+        }
+        for (node, impulse) in impulses.impulses {
+            let impulse = impulse.map(|x| impulses.factor * x);
+            context
+                .inertia
+                .apply_impulse(*node as usize, &impulse, motion.velocity);
+        }
+        let is_small = impact.constraints.len() <= FEW_CONTACTS;
+        let done = if is_small { RESIDUAL } else { CROWD_RESIDUAL };
+        let precision = Precision {
+            residual: done,
+            velocity: impact.precision,
+        };
+        let solver = &mut self.workspace.solver;
+        let constraints = &mut impact.constraints;
+        energies.count_solve(|| solver.solve(constraints, motion.velocity, precision));
+    }
+
     /// Solves the impact of pairs that are closed at t = 0 and approach, before a drift of
     /// `duration` seconds.
     pub(crate) fn solve_initial_impact(
@@ -177,13 +155,7 @@ impl<const D: usize> Island<D> {
         energies: &mut ContactEnergies,
     ) {
         let mut impact = self.impact(context, motion, duration);
-        impact.solve(
-            &mut self.workspace.solver,
-            context,
-            motion,
-            BodyImpulses::NONE,
-            energies,
-        );
+        self.solve_for(&mut impact, context, motion, BodyImpulses::NONE, energies);
         self.end_impact(context, motion, &impact, received, energies);
     }
 

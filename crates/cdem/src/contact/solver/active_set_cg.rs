@@ -48,23 +48,23 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     /// Shear at its limit stays as it is. Velocity errors below a tenth of `least`, m/s, count
     /// as none; `scale` is that of all contacts, m/s. Returns the number of steps.
     pub(super) fn descend(&mut self, steps: u32, least: f64, scale: f64) -> u32 {
-        let mut face = std::mem::take(&mut self.face);
-        face.enter(self);
+        let mut active_set_cg = std::mem::take(&mut self.active_set_cg);
+        active_set_cg.enter(self);
         let mut made = 0;
-        while made < steps && face.worst(self) > 0.1 * least {
+        while made < steps && active_set_cg.worst(self) > 0.1 * least {
             made += 1;
-            let (descent, steepest) = face.turn(self);
-            let (bound, end) = face.bound(self);
+            let (descent, steepest) = active_set_cg.turn(self);
+            let (bound, end) = active_set_cg.bound(self);
             let step = descent.min(bound);
             if step * steepest > LARGEST_GROWTH * scale {
                 break;
             }
-            face.advance(self, step);
+            active_set_cg.advance(self, step);
             if let Some(end) = end.filter(|_| bound <= descent) {
-                face.stop(self, end);
+                active_set_cg.stop(self, end);
             }
         }
-        self.face = face;
+        self.active_set_cg = active_set_cg;
         made
     }
 }
@@ -84,8 +84,8 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
         system.relative_velocities(&mut velocity, &mut self.response);
         system.velocity = velocity;
         for (place, point) in system.active() {
-            let opens = point.impulse[0] <= -point.limit.tension;
-            let slips = point.limit.slips(&point.impulse);
+            let opens = point.impulse[0] <= -point.bounds.tension;
+            let slips = point.bounds.slips(&point.impulse);
             let free = std::array::from_fn(|r| point.moves(r) && !opens && (r == 0 || !slips));
             let relative = &self.response[place];
             self.missing[place] = std::array::from_fn(|r| {
@@ -167,13 +167,13 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
         for (place, point) in system.active() {
             let (free, direction) = (&self.free[place], &self.direction[place]);
             if free[0] && direction[0] < 0.0 {
-                let step = (-point.limit.tension - point.impulse[0]) / direction[0];
+                let step = (-point.bounds.tension - point.impulse[0]) / direction[0];
                 if step < first.0 {
                     first = (step, Some(StepBound::Open(place)));
                 }
             }
             if free[1..].contains(&true) {
-                let step = step_to_slip(&point.limit, &point.impulse, direction);
+                let step = step_to_slip(&point.bounds, &point.impulse, direction);
                 if step < first.0 {
                     first = (step, Some(StepBound::Slip(place)));
                 }
@@ -210,7 +210,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
         if first == 0 {
             let point = &system.points[place];
             let mut rest = [0.0; D];
-            rest[0] = -point.limit.tension - point.impulse[0];
+            rest[0] = -point.bounds.tension - point.impulse[0];
             system.add_to(place, &rest);
         }
         self.free[place][first..].fill(false);
@@ -222,11 +222,14 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
 /// Returns the step along a direction at which the shear of an impulse reaches its limit: the
 /// first root of |s + αd| = μ (n + αe) + c.
 fn step_to_slip<const D: usize>(
-    limit: &FrictionBounds,
+    bounds: &FrictionBounds,
     impulse: &[f64; D],
     direction: &[f64; D],
 ) -> f64 {
-    let (bound, growth) = (limit.shear_bound(impulse[0]), limit.friction * direction[0]);
+    let (bound, growth) = (
+        bounds.shear_bound(impulse[0]),
+        bounds.friction * direction[0],
+    );
     let shear = |a: &[f64; D], b: &[f64; D]| (1..D).map(|r| a[r] * b[r]).sum::<f64>();
     let a = shear(direction, direction) - growth * growth;
     let b = shear(impulse, direction) - bound * growth;

@@ -62,11 +62,11 @@ pub(super) struct ContactRows<const D: usize> {
     /// Effective mass of each row, kg; 0 where the nodes are prescribed along it.
     pub(super) inertia: [f64; D],
     pub(super) target: [f64; D],
-    pub(super) limit: FrictionBounds,
+    pub(super) bounds: FrictionBounds,
     pub(super) impulse: [f64; D],
     /// Impulse at the start of the solve, N·s.
     pub(super) start: [f64; D],
-    pub(super) borne: [f64; D],
+    pub(super) impulse_before: [f64; D],
     /// Change of the impulse in the last visit, N·s.
     pub(super) step: [f64; D],
     /// Square of the largest change of a relative velocity in that visit, m²/s²; infinite if
@@ -79,18 +79,18 @@ pub(super) struct ContactRows<const D: usize> {
 /// Weight of the proximal term, over the inverse effective mass.
 #[derive(Clone, Copy)]
 pub(super) struct ProximalWeight {
-    share: f64,
+    weight: f64,
     /// 1 plus the weight, and its inverse.
-    whole: f64,
-    give: f64,
+    one_plus: f64,
+    inverse: f64,
 }
 
 impl ProximalWeight {
-    pub(super) fn new(share: f64) -> Self {
+    pub(super) fn new(weight: f64) -> Self {
         Self {
-            share,
-            whole: 1.0 + share,
-            give: 1.0 / (1.0 + share),
+            weight,
+            one_plus: 1.0 + weight,
+            inverse: 1.0 / (1.0 + weight),
         }
     }
 }
@@ -180,22 +180,22 @@ impl<const D: usize> ContactRows<D> {
         self.inertia[r] > 0.0
     }
 
-    /// Returns `share` times the relative velocities, m/s, that the change of the impulse since
+    /// Returns `weight` times the relative velocities, m/s, that the change of the impulse since
     /// the start makes alone.
     #[inline(always)]
-    fn proximal_impulse(&self, impulse: &[f64; D], share: f64) -> [f64; D] {
+    fn proximal_impulse(&self, impulse: &[f64; D], weight: f64) -> [f64; D] {
         let change = |r: usize| impulse[r] - self.start[r];
-        std::array::from_fn(|r| share * self.compliance[r.min(1)] * change(r))
+        std::array::from_fn(|r| weight * self.compliance[r.min(1)] * change(r))
     }
 
     /// Returns the largest error of the relative velocity that a proximal term of weight
-    /// `reluctance` leaves, m/s. Directions at their bound count as none.
+    /// `proximal_weight` leaves, m/s. Directions at their bound count as none.
     pub(super) fn residual(&self, proximal_weight: f64) -> f64 {
         let mut missed = self.proximal_impulse(&self.impulse, proximal_weight);
-        if self.impulse[0] <= -self.limit.tension {
+        if self.impulse[0] <= -self.bounds.tension {
             return 0.0;
         }
-        if self.limit.slips(&self.impulse) {
+        if self.bounds.slips(&self.impulse) {
             missed[1..].fill(0.0);
         }
         missed[0].abs().max(shear_norm(&missed))
@@ -211,8 +211,8 @@ impl<const D: usize> ContactRows<D> {
         square
     }
 
-    /// Returns the impulse moved by `ratio` along the last direction. The new direction is the
-    /// whole change since the last call.
+    /// Returns the impulse plus `ratio` times the last search direction. The new search direction
+    /// is the change of the impulse since the last call.
     #[inline(always)]
     pub(super) fn advance(&mut self, ratio: f64) -> [f64; D] {
         let mut impulse = self.impulse;
@@ -236,31 +236,35 @@ impl<const D: usize> ContactRows<D> {
         proximal_weight: ProximalWeight,
     ) -> ([f64; D], f64) {
         let mut impulse = *old;
-        let ProximalWeight { share, whole, give } = proximal_weight;
-        let back = if share > 0.0 {
-            self.proximal_impulse(old, share)
+        let ProximalWeight {
+            weight,
+            one_plus,
+            inverse,
+        } = proximal_weight;
+        let back = if weight > 0.0 {
+            self.proximal_impulse(old, weight)
         } else {
             [0.0; D]
         };
-        let (normal, tangent) = (whole * self.compliance[0], whole * self.compliance[1]);
+        let (normal, tangent) = (one_plus * self.compliance[0], one_plus * self.compliance[1]);
         if normal > 0.0 {
             let wanted = self.target[0] - relative[0] - back[0];
-            let closed = old[0] + wanted * (give * self.inertia[0]);
+            let closed = old[0] + wanted * (inverse * self.inertia[0]);
             // A NaN must remain NaN, so that it is detected.
-            let opens = closed < -self.limit.tension;
-            impulse[0] = if opens { -self.limit.tension } else { closed };
+            let opens = closed < -self.bounds.tension;
+            impulse[0] = if opens { -self.bounds.tension } else { closed };
         }
         let push = impulse[0] - old[0];
         let change = (push * normal) * (push * normal);
-        let bound = self.limit.shear_bound(impulse[0]);
+        let bound = self.bounds.shear_bound(impulse[0]);
         if tangent == 0.0 || (bound == 0.0 && old[1..].iter().all(|&x| x == 0.0)) {
             return (impulse, change);
         }
         for r in 1..D {
             let wanted = self.target[r] - relative[r] - back[r] - self.by_normal[r] * push;
-            impulse[r] += wanted * (give * self.inertia[r]);
+            impulse[r] += wanted * (inverse * self.inertia[r]);
         }
-        self.limit.clamp_shear(&mut impulse);
+        self.bounds.clamp_shear(&mut impulse);
         let sheared = shear_square(&sub(&impulse, old)) * (tangent * tangent);
         (impulse, if sheared <= change { change } else { sheared })
     }

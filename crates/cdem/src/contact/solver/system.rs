@@ -53,7 +53,7 @@ pub(crate) struct ContactSystem<const D: usize, P> {
     packs_of: NodesOf,
     /// Workspace of the solver.
     pub(super) directions: SearchDirections<D>,
-    pub(super) face: ActiveSetCg<D, P>,
+    pub(super) active_set_cg: ActiveSetCg<D, P>,
 }
 
 /// A prescribed node of a contact.
@@ -161,10 +161,10 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
                 compliance: [0.0; 2],
                 inertia: [0.0; D],
                 target: [0.0; D],
-                limit: FrictionBounds::default(),
+                bounds: FrictionBounds::default(),
                 impulse: [0.0; D],
                 start: [0.0; D],
-                borne: [0.0; D],
+                impulse_before: [0.0; D],
                 step: [0.0; D],
                 change: 0.0,
                 direction: [0.0; D],
@@ -194,8 +194,8 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         self.push(|_, point| {
             let constraint = &constraints[point.number as usize];
             point.target = constraint.target;
-            point.limit = constraint.bounds;
-            point.borne = constraint.impulse_before;
+            point.bounds = constraint.bounds;
+            point.impulse_before = constraint.impulse_before;
             point.impulse = std::array::from_fn(|r| {
                 if point.moves(r) {
                     constraint.impulse[r]
@@ -204,7 +204,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
                 }
             });
             point.start = point.impulse;
-            sub(&point.impulse, &point.borne)
+            sub(&point.impulse, &point.impulse_before)
         });
         self.add_prescribed(constraints, velocity);
     }
@@ -217,7 +217,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         self.on_nodes.clear();
         self.on_nodes.resize(self.seating.slots().len(), [0.0; D]);
         for point in &self.points {
-            let made = sub(&point.impulse, &point.borne);
+            let made = sub(&point.impulse, &point.impulse_before);
             for (term, lever) in self.terms.by_columns(point) {
                 let own = &mut self.on_nodes[lever.node as usize];
                 add_scaled(own, 1.0, &lever.on_node(term, &made));
@@ -324,8 +324,8 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         simd_blocks.dedup();
     }
 
-    /// Runs one Gauss–Seidel sweep over the active contacts. `reluctance` is the weight of the
-    /// proximal term.
+    /// Runs one Gauss–Seidel sweep over the active contacts. `proximal_weight` is the weight
+    /// of the proximal term.
     pub(super) fn sweep(&mut self, proximal_weight: f64) -> SweepResult {
         let sweep = SweepVisit {
             terms: &self.terms,

@@ -34,12 +34,12 @@ impl<const D: usize, P: SimdBlock> Visit<ContactRows<D>, P, 3> for SweepVisit<'_
             (point.impulse[r], point.step[r]) = (impulse[r], step[r]);
         }
         // An open contact may carry an impulse at any time, so it stays active.
-        let is_open = impulse[0] <= -point.limit.tension;
+        let is_open = impulse[0] <= -point.bounds.tension;
         point.change = if is_open { f64::INFINITY } else { change };
         if step != [0.0; D] {
             self.terms.push(simd, point, &step, &mut velocity);
         }
-        let normal = impulse[0].abs().max(point.borne[0].abs());
+        let normal = impulse[0].abs().max(point.impulse_before[0].abs());
         [change, normal * point.compliance[0], point.square(&step)]
     }
 

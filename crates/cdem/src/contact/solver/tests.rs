@@ -317,16 +317,16 @@ fn nodes_get_what_contacts_bear<const D: usize>(shape: [usize; 3]) {
             system.solve(&mut constraints, &mut velocity, EXACT);
             (constraints, velocity)
         };
-        let (borne, velocity) = solved(&mut used, &start);
+        let (loaded, velocity) = solved(&mut used, &start);
         assert_eq!(velocity, solved(&mut Solver::default(), &start).1);
         let mut expected = start.clone();
-        for constraint in &borne {
+        for constraint in &loaded {
             let push = |node, impulse: &[f64; D]| mobility.push(node, impulse, &mut expected);
             constraint
                 .jacobian
                 .apply_transpose(&constraint.impulse, push);
         }
-        assert!(borne.iter().any(|c| c.impulse[0] > 0.1));
+        assert!(loaded.iter().any(|c| c.impulse[0] > 0.1));
         for (found, expected) in velocity.iter().flatten().zip(expected.iter().flatten()) {
             // Up to 2000 sweeps change a node some 50 times each, at velocities of some m/s.
             assert!(

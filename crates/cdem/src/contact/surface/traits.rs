@@ -126,8 +126,8 @@ pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
         true
     }
     /// Returns true if a pair in contact, within `slack`, surely stays so for `duration` at
-    /// constant velocities. Also returns true if its gap is so large that it waits for the next
-    /// kick. The gap of parallel edges says nothing, so they wait if a pair can wait at all.
+    /// constant velocities. Also returns true if its gap is so large that the test can wait for
+    /// the next kick. Parallel edges have no gap, so they wait if `slack` lets a pair wait.
     fn stays_in_contact(
         &self,
         pair: Pair,

@@ -149,7 +149,7 @@ fn viscous_force_is_stiffness_proportional() {
     }
 }
 
-/// A kick that keeps no history gives the same impulses as one that does, to the bit.
+/// A kick that updates no record gives the same impulses as one that does, to the bit.
 fn looking_changes_no_record<const D: usize>(kinematics: Kinematics) {
     for kind in kinds::<D>() {
         let mesh = one_element::<D>(kind);
@@ -193,7 +193,7 @@ fn only_what_is_due_is_kicked() {
         let due = |intervals| Due {
             coarsest: 0,
             interval: Interval::OfLevel(intervals),
-            updates_history: true,
+            updates_records: true,
         };
         let [impulse, _] = kick_over(&mut sets, &due(&[2.0]), [&pulled, &still]);
         let nodes = sets[0].nodes(&mesh, 4).to_vec();

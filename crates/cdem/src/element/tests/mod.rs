@@ -120,7 +120,7 @@ pub(super) fn kick<const D: usize>(
     let due = Due {
         coarsest: 0,
         interval: Interval::OfLevel(&[1.0; 8]),
-        updates_history: is_kept,
+        updates_records: is_kept,
     };
     kick_over(sets, &due, motion)
 }
@@ -151,7 +151,7 @@ pub(super) fn kick_over<const D: usize>(
     impulses
 }
 
-/// Returns the elastic nodal forces at `displacement`, N, without a change of history.
+/// Returns the elastic nodal forces at `displacement`, N, without a change of records.
 pub(super) fn forces<const D: usize>(
     sets: &mut Sets<D>,
     displacement: &[[f64; D]],
@@ -161,7 +161,7 @@ pub(super) fn forces<const D: usize>(
     force
 }
 
-/// Updates the history of all elements to `displacement` and returns the forces.
+/// Updates the records of all elements to `displacement` and returns the forces.
 pub(super) fn advance<const D: usize>(
     sets: &mut Sets<D>,
     displacement: &[[f64; D]],

@@ -68,7 +68,7 @@ fn kicks<const D: usize>(mesh: &Mesh<D>, kinematics: Kinematics, alone: bool) ->
     let due = Due {
         coarsest: 0,
         interval: Interval::OfElement(&intervals),
-        updates_history: true,
+        updates_records: true,
     };
     let mut given = Vec::new();
     for number in 0..2 {

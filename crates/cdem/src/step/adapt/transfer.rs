@@ -176,7 +176,7 @@ impl<const D: usize> Run<D> {
         let Self { model, state, .. } = self;
         for &block in blocks {
             for (set, i) in model.elements(block).map(|e| model.numbering.of(e)) {
-                model.sets[set].update_history(i, &state.displacement);
+                model.sets[set].update_record(i, &state.displacement);
             }
         }
     }
