@@ -6,12 +6,13 @@ use crate::contact::tolerances::UNSOLVED;
 use crate::math::profile::{Stage, Stopwatch};
 use crate::model::ledger::WorkVelocity;
 
-/// Energies of contact, J, and other sums.
+/// Losses, J, and counts of contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ContactEnergies {
     pub(crate) impact_loss: f64,
     pub(crate) friction_loss: f64,
     pub(crate) fracture_loss: f64,
+    /// The number of contacts that have begun.
     pub(crate) touch_count: u64,
     /// The number of solves that ended with a residual above [`UNSOLVED`], and the largest
     /// residual of all solves.
@@ -103,8 +104,9 @@ impl ContactEnergies {
 
     /// Books the work of an impulse at a contact whose relative velocity changed from `old` to
     /// `new`, m/s. The work along the normal is an impact loss. It vanishes for a contact that
-    /// stays closed; one that an impact elsewhere in a drift has opened closes again. The work
-    /// of shear is an impact loss if `impact`, otherwise a friction loss.
+    /// stays closed. An impact elsewhere may open a contact in a drift; when that contact closes
+    /// again, it loses energy. The work of shear is an impact loss if `impact`, otherwise a
+    /// friction loss.
     pub(super) fn book_work<const D: usize>(
         &mut self,
         impulse: &[f64; D],

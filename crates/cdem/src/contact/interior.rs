@@ -9,7 +9,7 @@ pub(crate) struct VelocityJump<'a, const D: usize> {
     pub(crate) nodes: &'a [u32],
     pub(crate) before: &'a [[f64; D]],
     /// For each node: true if it moves with any island.
-    pub(crate) taken: &'a [bool],
+    pub(crate) in_island: &'a [bool],
     /// Rest of the drift, s.
     pub(crate) remaining: f64,
 }

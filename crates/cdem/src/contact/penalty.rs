@@ -50,7 +50,7 @@ impl<const D: usize> Island<D> {
         self.contact_points.retain_mut(|contact| {
             contact.is_sticking = false; // the foot follows the point; the springs do not
             let followed = contact.track_target(context, motion.positions(), |_| false);
-            let kick = (followed != TargetTracking::Beyond)
+            let kick = (followed != TargetTracking::LeftSurface)
                 .then(|| contact.spring(context, motion, kick.before, interval, energies))
                 .flatten();
             let Some(jacobian) = kick else {

@@ -85,7 +85,7 @@ impl<const D: usize> Contacts<D> {
         near.map(wait).collect_into_vec(&mut predicted.waits);
         let impact = |&(pair, wait): &(Pair, f64)| {
             let then = motion.after(wait);
-            let foot = surface.project(pair, then).foot.map(|w| w.clamp(0.0, 1.0));
+            let foot = surface.project(pair, then).clamped_foot();
             let jacobian = surface.jacobian(pair, &foot, then);
             let speed = -jacobian.relative_velocity(0, velocity);
             PredictedImpact {

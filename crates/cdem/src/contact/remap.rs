@@ -1,6 +1,6 @@
 //! Transfer of contacts to another mesh of the same blocks.
 
-use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint};
+use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, rotate_tangents};
 use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::detection::candidates::CandidateSearch;
 use crate::contact::detection::clusters::Clusters;
@@ -17,7 +17,11 @@ use crate::model::inverse_mass::InverseMass;
 impl<const D: usize> Contacts<D> {
     /// For each node: true if these `moves` of all nodes, m, would make a feature of it
     /// penetrate another block, or leave its closed contact.
-    pub(crate) fn nodes_harmed(&self, at: Configuration<D>, moves: &[[f64; D]]) -> Vec<bool> {
+    pub(crate) fn nodes_that_disturb_contacts(
+        &self,
+        at: Configuration<D>,
+        moves: &[[f64; D]],
+    ) -> Vec<bool> {
         let tolerance = self.model_data.tolerance;
         let ways: Vec<f64> = moves.iter().map(norm).collect();
         let mut margins = vec![tolerance; self.model_data.fixed.len()];
@@ -29,11 +33,11 @@ impl<const D: usize> Contacts<D> {
         let goes = |block: u32| margin(block) > tolerance;
         let wanted = |[a, b]: [u32; 2]| (goes(a) || goes(b)) && self.model_data.may_touch([a, b]);
         let surface = &*self.model_data.surface;
-        let patches = &self.model_data.clusters;
+        let clusters = &self.model_data.clusters;
         let mut closed: Vec<Pair> = self.contact_points().map(|contact| contact.pair).collect();
         closed.sort_unstable();
-        let mut harmed = vec![false; moves.len()];
-        for pair in patches.overlapping(surface, at, &margin, &wanted) {
+        let mut disturbing = vec![false; moves.len()];
+        for pair in clusters.overlapping(surface, at, &margin, &wanted) {
             let sides = [
                 surface.main_nodes(pair.main),
                 surface.target_nodes(pair.target),
@@ -48,7 +52,7 @@ impl<const D: usize> Contacts<D> {
                 continue;
             }
             let projection = surface.project(pair, at);
-            let foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
+            let foot = projection.clamped_foot();
             let change = surface
                 .jacobian(pair, &foot, at)
                 .relative_velocity(0, moves);
@@ -59,11 +63,11 @@ impl<const D: usize> Contacts<D> {
             if enters || leaves || after.is_nan() {
                 for (nodes, way) in sides.iter().zip(of_sides) {
                     let nodes = nodes.iter();
-                    nodes.for_each(|&node| harmed[node as usize] |= way > 0.0);
+                    nodes.for_each(|&node| disturbing[node as usize] |= way > 0.0);
                 }
             }
         }
-        harmed
+        disturbing
     }
 
     /// Returns a translation of a block, in addition to these `moves` of all nodes, m, after
@@ -270,9 +274,9 @@ impl<const D: usize> ContactRemap<'_, D> {
             self.after.jacobian(pair, &foot, new.at).frame,
         ];
         for vector in contact.frame_vectors() {
-            *vector = rotated(vector, &frames);
+            *vector = rotate_tangents(vector, &frames);
         }
-        contact.offset = rotated(&contact.offset, &frames);
+        contact.offset = rotate_tangents(&contact.offset, &frames);
         if blocks.iter().any(|&block| changed[block as usize]) {
             contact.foot = foot;
         }
@@ -298,19 +302,4 @@ pub(crate) struct MeshExchange<'a, const D: usize> {
 pub(crate) struct MeshConfiguration<'a, const D: usize> {
     pub(crate) at: Configuration<'a, D>,
     pub(crate) rest: Configuration<'a, D>,
-}
-
-/// Returns a vector of one frame in another frame. Keeps its first component.
-fn rotated<const D: usize>(vector: &[f64; D], [old, new]: &[[[f64; D]; D]; 2]) -> [f64; D] {
-    let mut whole = [0.0; D];
-    for r in 1..D {
-        add_scaled(&mut whole, vector[r], &old[r]);
-    }
-    std::array::from_fn(|r| {
-        if r == 0 {
-            vector[0]
-        } else {
-            dot(&whole, &new[r])
-        }
-    })
 }

@@ -256,11 +256,11 @@ pub(crate) const GAP_ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 pub(crate) const GAP_CORRECTION: f64 = 0.02;
 
 /// Error of a gap that is not corrected, relative to the contact tolerance: a 1e-7th of the
-/// smallest boundary edge by default. If there are more contact points than freedoms, gaps
-/// contradict each other, by the errors of solves and the bending of bodies. A correction would ask
-/// for the impossible: impulses grow and shrink from step to step, until a contact opens or slips
-/// and all begins anew. A wall of 210 stones then moves for ever, at 1e-6 m/s. Gaps in the dead
-/// band ask for no motion, on which all contacts agree.
+/// smallest boundary edge by default. With more contact points than degrees of freedom, the gaps
+/// contradict each other, because of solver errors and the bending of bodies. A correction then has
+/// no solution: impulses grow and shrink from step to step, until a contact opens or slips, and the
+/// cycle repeats. A wall of 210 stones then moves for ever, at 1e-6 m/s. Gaps in the dead band
+/// request no motion, so they cannot contradict each other.
 pub(crate) const GAP_DEAD_BAND: f64 = 1e-3;
 
 /// Penetration that is not corrected, relative to the contact tolerance. A correction of the
@@ -287,7 +287,7 @@ pub(crate) const UNSOLVED: f64 = 1e-2;
 /// Fraction of its last change by which the force of a contact point is extrapolated,
 /// dimensionless. If forces oscillate, solves begin an order nearer to their ends than from the
 /// last forces, and take two thirds of the sweeps. At 1, changes without influence on any velocity
-/// would go on for ever, as between more contact points than freedoms.
+/// would go on for ever, as between more contact points than degrees of freedom.
 pub(crate) const FORCE_TREND: f64 = 0.95;
 
 /// Curvature of a direction in which impulses change no velocity, relative to the curvature of the
@@ -299,7 +299,7 @@ pub(crate) const LEAST_CURVATURE: f64 = 1e-14;
 /// pull without bound, and their cancellation leaves round-off in the momenta.
 pub(crate) const LARGEST_GROWTH: f64 = 1e3;
 
-/// Most nodes coupled by one mass matrix for which the gains of each contact point are stored
+/// Most nodes coupled by one mass matrix for which the responses of each contact point are stored
 /// (count): two SIMD blocks of a component. Above that, their bytes cost more time to load.
 pub(crate) const SMALL_BLOCK_NODES: usize = 16;
 

@@ -113,7 +113,7 @@ impl<const D: usize, const N: usize, const Q: usize> Batches<D, N, Q> {
     /// does it when it writes. Records of several Gauss points are more than the processor takes at
     /// a time.
     #[inline(always)]
-    pub(super) fn ask_for_records(&self, batch: usize, size: usize) {
+    pub(super) fn prefetch_records(&self, batch: usize, size: usize) {
         let batch = batch + Self::AHEAD;
         if Q == 1 && batch < self.len() {
             prefetch(&self.records[batch * size..][..size]);

@@ -13,9 +13,9 @@ pub(super) const MAX_CHUNK: usize = 2048;
 /// Returns the number of elements in each chunk for `count` elements. The number of chunks is a
 /// power of two, so that halves of them are equal work. A thread that waits for another falls
 /// asleep and must be woken for the next pass.
-pub(super) fn share(count: usize) -> usize {
-    let parts = count.div_ceil(MAX_CHUNK).next_power_of_two();
-    count.max(1).div_ceil(parts).next_multiple_of(WIDTH)
+pub(super) fn chunk_size(count: usize) -> usize {
+    let chunks = count.div_ceil(MAX_CHUNK).next_power_of_two();
+    count.max(1).div_ceil(chunks).next_multiple_of(WIDTH)
 }
 
 /// Elements of one material near each other, sorted by level.
@@ -23,7 +23,7 @@ pub(super) struct Chunk<const D: usize, const N: usize, const Q: usize> {
     pub(super) moduli: Moduli,
     /// Finest level first; elements that are never due last.
     groups: Vec<LevelGroup<D, N, Q>>,
-    /// Sum of the node numbers of all groups.
+    /// Sum over all groups of their numbers of nodes.
     node_count: usize,
 }
 
@@ -44,13 +44,13 @@ pub(super) struct LevelGroup<const D: usize, const N: usize, const Q: usize> {
 pub(super) struct ElementSlot(u32);
 
 impl ElementSlot {
-    /// Creates the position `within` of chunk `part`.
-    pub(super) fn new(part: usize, within: usize) -> Self {
-        Self((part * MAX_CHUNK + within) as u32)
+    /// Creates the position at index `within` in the chunk with index `chunk`.
+    pub(super) fn new(chunk: usize, within: usize) -> Self {
+        Self((chunk * MAX_CHUNK + within) as u32)
     }
 
     /// Returns the index of the chunk.
-    pub(super) fn part(self) -> usize {
+    pub(super) fn chunk(self) -> usize {
         self.0 as usize / MAX_CHUNK
     }
 
@@ -218,18 +218,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn halves_of_the_parts_are_as_much_work() {
+    fn halves_of_the_chunks_are_as_much_work() {
         for count in (1..20_000).chain([99_999, 1_000_000]) {
-            let share = share(count);
-            let parts = count.div_ceil(share);
-            assert!(share <= MAX_CHUNK && share.is_multiple_of(WIDTH));
-            let left = parts / 2 * share;
+            let size = chunk_size(count);
+            let chunks = count.div_ceil(size);
+            assert!(size <= MAX_CHUNK && size.is_multiple_of(WIDTH));
+            let left = chunks / 2 * size;
             let differ = left.abs_diff(count - left);
             // Unfilled batches cause the difference; with more than 16 chunks it is one chunk at
             // most.
-            let allowed = if parts > 16 { share } else { parts * WIDTH };
-            assert!(parts == 1 || differ <= allowed, "{differ} of {count}");
+            let allowed = if chunks > 16 { size } else { chunks * WIDTH };
+            assert!(chunks == 1 || differ <= allowed, "{differ} of {count}");
         }
-        assert!(share(0) > 0);
+        assert!(chunk_size(0) > 0);
     }
 }

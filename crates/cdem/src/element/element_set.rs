@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use crate::element::batch::Batches;
-use crate::element::chunk::{Chunk, ElementSlot, LevelGroup, Member, share};
+use crate::element::chunk::{Chunk, ElementSlot, LevelGroup, Member, chunk_size};
 use crate::element::geometry::{
     self, ElementGeometry, IntegrationPoints, Lame, Moduli, NodalValues, ReferenceElement,
 };
@@ -111,7 +111,7 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
     ) -> StressIntegral<T>;
 
     /// Returns the stress history of an element, if the formulation has one.
-    fn past(
+    fn stress_history(
         _element: &ElementGeometry<D, N, Q>,
         _moduli: &Moduli,
         _record: &[f64],
@@ -120,7 +120,7 @@ pub(super) trait Formulation<const D: usize, const N: usize, const Q: usize>:
     }
 
     /// Sets the stress history of an element that `displacement` deforms now.
-    fn set_past(
+    fn set_stress_history(
         _element: &ElementGeometry<D, N, Q>,
         _moduli: &Moduli,
         _past: &StressHistory<D>,
@@ -231,8 +231,8 @@ where
         members.sort_unstable();
         for alike in members.chunk_by(|one, other| one.0 == other.0) {
             let moduli = &source.moduli[alike[0].0 as usize];
-            for part in alike.chunks(share(alike.len())) {
-                let members = part.iter().map(|&(_, number, element)| {
+            for chunk in alike.chunks(chunk_size(alike.len())) {
+                let members = chunk.iter().map(|&(_, number, element)| {
                     let (nodes, element) = set.at_rest(source.mesh, element, moduli);
                     Member {
                         number,
@@ -245,8 +245,8 @@ where
                 set.chunks.push(Chunk::new(*moduli, &members));
             }
         }
-        for part in 0..set.chunks.len() {
-            set.find_places(part);
+        for chunk in 0..set.chunks.len() {
+            set.store_slots(chunk);
         }
         set
     }
@@ -276,26 +276,26 @@ where
     }
 
     /// Stores the slots of the elements of a chunk.
-    fn find_places(&mut self, part: usize) {
-        let members = self.chunks[part].groups().iter();
+    fn store_slots(&mut self, chunk: usize) {
+        let members = self.chunks[chunk].groups().iter();
         let members = members.flat_map(|group| &group.members);
         for (within, &number) in members.enumerate() {
-            self.slots[number as usize] = ElementSlot::new(part, within);
+            self.slots[number as usize] = ElementSlot::new(chunk, within);
         }
     }
 
-    fn part(&self, i: usize) -> &Chunk<D, N, Q> {
-        &self.chunks[self.slots[i].part()]
+    fn chunk(&self, i: usize) -> &Chunk<D, N, Q> {
+        &self.chunks[self.slots[i].chunk()]
     }
 
     fn moduli(&self, i: usize) -> &Moduli {
-        &self.part(i).moduli
+        &self.chunk(i).moduli
     }
 
     fn group(&self, i: usize) -> (&LevelGroup<D, N, Q>, usize) {
-        let part = self.part(i);
-        let (group, index) = part.group_of(self.slots[i].within());
-        (&part.groups()[group], index)
+        let chunk = self.chunk(i);
+        let (group, index) = chunk.group_of(self.slots[i].within());
+        (&chunk.groups()[group], index)
     }
 
     fn element(&self, i: usize) -> ElementGeometry<D, N, Q> {
@@ -338,16 +338,16 @@ where
     }
 
     fn arrange(&mut self, levels: &[Option<u8>]) {
-        for part in 0..self.chunks.len() {
+        for chunk in 0..self.chunks.len() {
             let of = |number: u32| levels[self.mesh_elements[number as usize] as usize];
-            if self.chunks[part].arrange(F::RECORD, of) {
-                self.find_places(part);
+            if self.chunks[chunk].arrange(F::RECORD, of) {
+                self.store_slots(chunk);
             }
         }
     }
 
     fn groups(&self) -> Vec<GroupNodes<'_>> {
-        let groups = self.chunks.iter().flat_map(|part| part.groups());
+        let groups = self.chunks.iter().flat_map(|chunk| chunk.groups());
         let nodes = groups.map(|group| GroupNodes {
             level: group.level,
             nodes: &group.nodes,
@@ -355,11 +355,16 @@ where
         nodes.collect()
     }
 
-    fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: GroupImpulses<D>) {
+    fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], group_impulses: GroupImpulses<D>) {
         let kick = InternalForceKick::<D, F>::new(due, motion, &self.mesh_elements);
-        each_chunk(&mut self.chunks, shares, due.coarsest, &|part, shares| {
-            kick.part(part, shares);
-        });
+        each_chunk(
+            &mut self.chunks,
+            group_impulses,
+            due.coarsest,
+            &|chunk, group_impulses| {
+                kick.chunk(chunk, group_impulses);
+            },
+        );
     }
 
     fn update_record(&mut self, i: usize, displacement: &[[f64; D]]) {
@@ -376,7 +381,7 @@ where
     }
 
     fn add_strain_energies(&self, displacement: &[[f64; D]], is_counted: &[bool], sum: &mut f64) {
-        evaluate::ask::<evaluate::StrainEnergy<F>, D, N, Q, 1>(
+        evaluate::evaluate_all::<evaluate::StrainEnergy<F>, D, N, Q, 1>(
             &self.chunks,
             displacement,
             |_| true,
@@ -389,7 +394,7 @@ where
     }
 
     fn stresses(&self, displacement: &[[f64; D]], stresses: &mut [[f64; 6]]) {
-        evaluate::ask::<evaluate::CauchyStress<F>, D, N, Q, 6>(
+        evaluate::evaluate_all::<evaluate::CauchyStress<F>, D, N, Q, 6>(
             &self.chunks,
             displacement,
             |_| true,
@@ -401,10 +406,10 @@ where
         let mut strained = Vec::new();
         // Within such strains det F is near 1 or near −1. Near −1, `changes` is at least 4.
         let is_within = |&[strains, changes]: &[f64; 2]| strains <= most * most && changes < 1.0;
-        evaluate::ask::<evaluate::Distortion, D, N, Q, 2>(
+        evaluate::evaluate_all::<evaluate::Distortion, D, N, Q, 2>(
             &self.chunks,
             displacement,
-            |answer| !is_within(answer),
+            |value| !is_within(value),
             |member, _| strained.push(self.mesh_elements[member as usize]),
         );
         strained
@@ -492,28 +497,28 @@ where
 
     fn set_record(&mut self, i: usize, record: &[f64]) {
         let place = self.slots[i];
-        let part = &mut self.chunks[place.part()];
-        let (group, index) = part.group_of(place.within());
-        part.groups_mut()[group].set_record(index, record);
+        let chunk = &mut self.chunks[place.chunk()];
+        let (group, index) = chunk.group_of(place.within());
+        chunk.groups_mut()[group].set_record(index, record);
     }
 
     fn stress_history(&self, i: usize) -> Option<StressHistory<D>> {
         let mut numbers = [0.0; MAX_RECORD];
         let record = self.read_record(i, &mut numbers);
-        F::past(&self.element(i), self.moduli(i), record)
+        F::stress_history(&self.element(i), self.moduli(i), record)
     }
 
     fn set_stress_history(&mut self, i: usize, past: &StressHistory<D>, displacement: &[[f64; D]]) {
         let mut numbers = [0.0; MAX_RECORD];
         let record = self.read_record(i, &mut numbers);
         let u = self.relative(i, displacement);
-        F::set_past(&self.element(i), self.moduli(i), past, &u, record);
+        F::set_stress_history(&self.element(i), self.moduli(i), past, &u, record);
         self.set_record(i, record);
     }
 
     fn memory(&self) -> usize {
-        let parts = self.chunks.iter().map(Chunk::memory).sum::<usize>();
-        parts + self.len() * (size_of::<ElementSlot>() + size_of::<u32>())
+        let chunks = self.chunks.iter().map(Chunk::memory).sum::<usize>();
+        chunks + self.len() * (size_of::<ElementSlot>() + size_of::<u32>())
     }
 
     fn update_cost(&self) -> [usize; 2] {

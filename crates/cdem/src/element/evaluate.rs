@@ -15,23 +15,23 @@ use crate::element::simd::{Lanes, Real, Register, SimdRow, WIDTH};
 use crate::element::tensor;
 use crate::element::total_lagrangian::green_lagrange;
 
-/// Bytes of answers per thread that are collected before `tell` gets them. They fit the cache of a
-/// core.
+/// Bytes of values per thread that are collected before `receive` gets them. They fit the cache of
+/// a core.
 const AT_ONCE: usize = 2 << 20;
 
 /// A quantity of an element with a displacement and a record.
 ///
-/// `A` is the number of numbers in an answer.
+/// `A` is the number of numbers in a value.
 pub(super) trait Evaluation<const D: usize, const N: usize, const Q: usize, const A: usize>:
     Sync
 {
     /// Number of numbers in a record.
     const RECORD: usize;
 
-    /// Usual number of elements of a chunk whose answers are told.
-    const TOLD: usize = MAX_CHUNK;
+    /// Usual number of elements of a chunk whose values are wanted.
+    const EXPECTED_VALUES: usize = MAX_CHUNK;
 
-    fn answer<T: Real>(
+    fn value<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         moduli: &Moduli,
         displacement: &NodalValues<D, N, T>,
@@ -49,7 +49,7 @@ where
     const RECORD: usize = F::RECORD;
 
     #[inline(always)]
-    fn answer<T: Real>(
+    fn value<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         _: &Moduli,
         displacement: &NodalValues<D, N, T>,
@@ -69,7 +69,7 @@ where
     const RECORD: usize = F::RECORD;
 
     #[inline(always)]
-    fn answer<T: Real>(
+    fn value<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         moduli: &Moduli,
         displacement: &NodalValues<D, N, T>,
@@ -86,10 +86,10 @@ pub(super) struct Distortion;
 impl<const D: usize, const N: usize, const Q: usize> Evaluation<D, N, Q, 2> for Distortion {
     const RECORD: usize = 0;
 
-    const TOLD: usize = 0;
+    const EXPECTED_VALUES: usize = 0;
 
     #[inline(always)]
-    fn answer<T: Real>(
+    fn value<T: Real>(
         element: &impl IntegrationPoints<D, N, Q, T>,
         _: &Moduli,
         displacement: &NodalValues<D, N, T>,
@@ -109,58 +109,58 @@ impl<const D: usize, const N: usize, const Q: usize> Evaluation<D, N, Q, 2> for 
     }
 }
 
-/// Evaluates all elements of a set. `tell` gets the set indices and the answers of the elements
-/// whose answer `is_told`, chunk by chunk.
-pub(super) fn ask<W, const D: usize, const N: usize, const Q: usize, const A: usize>(
-    parts: &[Chunk<D, N, Q>],
+/// Evaluates all elements of a set. `receive` gets the set indices and the values of the elements
+/// whose value `is_wanted`, chunk by chunk.
+pub(super) fn evaluate_all<W, const D: usize, const N: usize, const Q: usize, const A: usize>(
+    chunks: &[Chunk<D, N, Q>],
     displacement: &[[f64; D]],
-    is_told: impl Fn(&[f64; A]) -> bool + Sync,
-    mut tell: impl FnMut(u32, [f64; A]),
+    is_wanted: impl Fn(&[f64; A]) -> bool + Sync,
+    mut receive: impl FnMut(u32, [f64; A]),
 ) where
     W: Evaluation<D, N, Q, A>,
 {
-    let answer = |(part, answers): (&Chunk<D, N, Q>, &mut Vec<(u32, [f64; A])>)| {
-        answers.clear();
-        answers.reserve(W::TOLD);
-        GatheredFields::with(|nearby| {
+    let evaluate_chunk = |(chunk, values): (&Chunk<D, N, Q>, &mut Vec<(u32, [f64; A])>)| {
+        values.clear();
+        values.reserve(W::EXPECTED_VALUES);
+        GatheredFields::with(|fields| {
             Arch::new().dispatch(EvaluationTask {
-                part,
+                chunk,
                 displacement,
-                nearby,
-                is_told: &is_told,
-                answers,
-                question: PhantomData::<W>,
+                fields,
+                is_wanted: &is_wanted,
+                values,
+                evaluation: PhantomData::<W>,
             });
         });
     };
-    let groups = parts.iter().flat_map(|part| part.groups());
+    let groups = chunks.iter().flat_map(|chunk| chunk.groups());
     let elements: usize = groups.map(|group| group.members.len()).sum();
     // Either all threads or one, as in the kick.
     let least = if elements * Q * D <= SERIAL_WORK {
-        parts.len()
+        chunks.len()
     } else {
         1
     };
     let in_cache = AT_ONCE / (MAX_CHUNK * size_of::<(u32, [f64; A])>());
     let at_once = in_cache * rayon::current_num_threads();
-    let mut answers = vec![Vec::new(); at_once.min(parts.len())];
-    for some in parts.chunks(at_once) {
-        let some = some.par_iter().zip(&mut answers);
-        some.with_min_len(least.max(1)).for_each(answer);
-        for (member, answer) in answers.iter_mut().flat_map(|answers| answers.drain(..)) {
-            tell(member, answer);
+    let mut values = vec![Vec::new(); at_once.min(chunks.len())];
+    for some in chunks.chunks(at_once) {
+        let some = some.par_iter().zip(&mut values);
+        some.with_min_len(least.max(1)).for_each(evaluate_chunk);
+        for (member, value) in values.iter_mut().flat_map(|values| values.drain(..)) {
+            receive(member, value);
         }
     }
 }
 
 /// The evaluation of a chunk, compiled for the SIMD instructions of the machine.
 struct EvaluationTask<'a, const D: usize, const N: usize, const Q: usize, const A: usize, W, I> {
-    part: &'a Chunk<D, N, Q>,
+    chunk: &'a Chunk<D, N, Q>,
     displacement: &'a [[f64; D]],
-    nearby: &'a mut GatheredFields,
-    is_told: &'a I,
-    answers: &'a mut Vec<(u32, [f64; A])>,
-    question: PhantomData<W>,
+    fields: &'a mut GatheredFields,
+    is_wanted: &'a I,
+    values: &'a mut Vec<(u32, [f64; A])>,
+    evaluation: PhantomData<W>,
 }
 
 impl<W, I, const D: usize, const N: usize, const Q: usize, const A: usize> WithSimd
@@ -173,12 +173,12 @@ where
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let (lanes, moduli) = (Register(simd), &self.part.moduli);
-        for group in self.part.groups() {
-            let field = &mut self.nearby.displacement;
+        let (lanes, moduli) = (Register(simd), &self.chunk.moduli);
+        for group in self.chunk.groups() {
+            let field = &mut self.fields.displacement;
             field.read(&group.nodes, self.displacement);
             for (batch, members) in group.members.chunks(WIDTH).enumerate() {
-                group.batches.ask_for_records(batch, W::RECORD);
+                group.batches.prefetch_records(batch, W::RECORD);
                 let Batch {
                     rest,
                     nodes,
@@ -198,15 +198,15 @@ where
                         ahead: &[],
                         first,
                     };
-                    let answer = W::answer(&element, moduli, &u, &records);
-                    for (number, row) in answer.into_iter().zip(&mut rows) {
+                    let value = W::value(&element, moduli, &u, &records);
+                    for (number, row) in value.into_iter().zip(&mut rows) {
                         lanes.store(number, row, first);
                     }
                 }
                 for (lane, &member) in members.iter().enumerate() {
-                    let answer = rows.map(|row| row[lane]);
-                    if (self.is_told)(&answer) {
-                        self.answers.push((member, answer));
+                    let value = rows.map(|row| row[lane]);
+                    if (self.is_wanted)(&value) {
+                        self.values.push((member, value));
                     }
                 }
             }

@@ -10,7 +10,7 @@ use crate::element::geometry::NodalValues;
 use crate::element::simd::{Lanes, SimdRow, WIDTH};
 
 thread_local! {
-    static NEARBY: RefCell<GatheredFields> = RefCell::default();
+    static GATHERED_FIELDS: RefCell<GatheredFields> = RefCell::default();
 }
 
 /// Fields at the nodes of a group.
@@ -25,7 +25,7 @@ pub(super) struct GatheredFields {
 impl GatheredFields {
     /// Calls `work` with the fields of this thread. Their content is arbitrary.
     pub(super) fn with(work: impl FnOnce(&mut Self)) {
-        NEARBY.with_borrow_mut(work);
+        GATHERED_FIELDS.with_borrow_mut(work);
     }
 }
 

@@ -233,7 +233,7 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Hy
         integral
     }
 
-    fn past(
+    fn stress_history(
         element: &ElementGeometry<D, N, Q>,
         moduli: &Moduli,
         record: &[f64],
@@ -247,17 +247,17 @@ impl<const D: usize, const N: usize, const Q: usize> Formulation<D, N, Q> for Hy
             all.sum::<f64>() / volume
         };
         let points = element.volumes.iter().zip(&stress);
-        let held: f64 = points
+        let elastic: f64 = points
             .map(|(share, stress)| share * moduli.energy(stress))
             .sum();
         Some(StressHistory {
             stress: tensor::filled(mean),
-            excess: record[Layout::<D, N, Q>::WORK] - held,
+            excess: record[Layout::<D, N, Q>::WORK] - elastic,
             volume,
         })
     }
 
-    fn set_past(
+    fn set_stress_history(
         element: &ElementGeometry<D, N, Q>,
         moduli: &Moduli,
         past: &StressHistory<D>,

@@ -18,10 +18,13 @@ use crate::math::parallel::NODES_AT_ONCE;
 pub(crate) type GroupImpulses<'a, const D: usize> = [&'a mut [[f64; D]]; 2];
 
 /// Splits both arrays after `count` entries.
-fn split<const D: usize>(shares: GroupImpulses<'_, D>, count: usize) -> [GroupImpulses<'_, D>; 2] {
-    let [elastic, viscous] = shares.map(|share| {
-        let count = count.min(share.len());
-        share.split_at_mut(count)
+fn split<const D: usize>(
+    group_impulses: GroupImpulses<'_, D>,
+    count: usize,
+) -> [GroupImpulses<'_, D>; 2] {
+    let [elastic, viscous] = group_impulses.map(|impulses| {
+        let count = count.min(impulses.len());
+        impulses.split_at_mut(count)
     });
     [[elastic.0, viscous.0], [elastic.1, viscous.1]]
 }
@@ -31,30 +34,31 @@ fn split<const D: usize>(shares: GroupImpulses<'_, D>, count: usize) -> [GroupIm
 /// nothing in its caches.
 pub(super) const SERIAL_WORK: usize = 32_768;
 
-/// Calls `work` for each chunk with its part of the impulses. Uses one thread if at most [`SERIAL_WORK`]
-/// Gauss points times dimensions are due and their nodes number at most [`NODES_AT_ONCE`]. With
-/// more nodes the nodal work is parallel too and keeps the other threads awake.
+/// Calls `work` for each chunk with its part of the impulses. Uses one thread if at most
+/// [`SERIAL_WORK`] Gauss points times dimensions are due and their nodes number at most
+/// [`NODES_AT_ONCE`]. With more nodes the nodal work is parallel too and keeps the other threads
+/// awake.
 pub(super) fn each_chunk<const D: usize, const N: usize, const Q: usize>(
-    parts: &mut [Chunk<D, N, Q>],
-    mut shares: GroupImpulses<D>,
+    chunks: &mut [Chunk<D, N, Q>],
+    mut group_impulses: GroupImpulses<D>,
     coarsest: u8,
     work: &(impl Fn(&mut Chunk<D, N, Q>, GroupImpulses<D>) + Sync),
 ) {
-    let due = parts.iter().flat_map(|part| part.due(coarsest));
+    let due = chunks.iter().flat_map(|chunk| chunk.due(coarsest));
     let (elements, nodes) = due.fold((0, 0), |(elements, nodes), group| {
         (elements + group.members.len(), nodes + group.nodes.len())
     });
-    if parts.len() == 1 || elements * Q * D <= SERIAL_WORK && nodes <= NODES_AT_ONCE {
-        for part in parts {
-            let [own, others] = split(shares, part.node_count());
-            work(part, own);
-            shares = others;
+    if chunks.len() == 1 || elements * Q * D <= SERIAL_WORK && nodes <= NODES_AT_ONCE {
+        for chunk in chunks {
+            let [own, others] = split(group_impulses, chunk.node_count());
+            work(chunk, own);
+            group_impulses = others;
         }
         return;
     }
-    let (left, right) = parts.split_at_mut(parts.len() / 2);
+    let (left, right) = chunks.split_at_mut(chunks.len() / 2);
     let count = left.iter().map(Chunk::node_count).sum();
-    let [of_left, of_right] = split(shares, count);
+    let [of_left, of_right] = split(group_impulses, count);
     rayon::join(
         || each_chunk(left, of_left, coarsest, work),
         || each_chunk(right, of_right, coarsest, work),
@@ -94,19 +98,19 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
     }
 
     /// Kicks the due groups of a chunk.
-    pub(super) fn part<const N: usize, const Q: usize>(
+    pub(super) fn chunk<const N: usize, const Q: usize>(
         &self,
-        part: &mut Chunk<D, N, Q>,
-        shares: GroupImpulses<D>,
+        chunk: &mut Chunk<D, N, Q>,
+        group_impulses: GroupImpulses<D>,
     ) where
         F: Formulation<D, N, Q>,
     {
-        GatheredFields::with(|nearby| {
+        GatheredFields::with(|fields| {
             Arch::new().dispatch(Task {
                 kick: self,
-                part,
-                shares,
-                nearby,
+                chunk,
+                group_impulses,
+                fields,
             });
         });
     }
@@ -139,17 +143,17 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
         &self,
         lanes: L,
         DueGroup { group, moduli }: DueGroup<D, N, Q>,
-        nearby: &mut GatheredFields,
+        fields: &mut GatheredFields,
         [elastic, viscous]: GroupImpulses<D>,
     ) where
         F: Formulation<D, N, Q>,
     {
-        nearby.displacement.read(&group.nodes, self.displacement);
-        nearby.elastic.clear(group.nodes.len());
+        fields.displacement.read(&group.nodes, self.displacement);
+        fields.elastic.clear(group.nodes.len());
         let is_damped = moduli.damping > 0.0;
         if is_damped {
-            nearby.velocity.read(&group.nodes, self.velocity);
-            nearby.viscous.clear(group.nodes.len());
+            fields.velocity.read(&group.nodes, self.velocity);
+            fields.viscous.clear(group.nodes.len());
         }
         // Records that a report discards. A test at each number would break up the kernel.
         let mut discarded = Vec::new();
@@ -175,7 +179,7 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
                     nodes,
                     first,
                 };
-                let u = nearby.displacement.relative(at);
+                let u = fields.displacement.relative(at);
                 let mut records = BatchRecords {
                     lanes,
                     rows: &mut *rows,
@@ -184,18 +188,18 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
                 };
                 let force = F::respond(&element, &u, &mut records);
                 let duration = lanes.load(&intervals, first);
-                nearby.elastic.add(at, &force, duration);
+                fields.elastic.add(at, &force, duration);
                 if is_damped {
-                    let velocity = nearby.velocity.relative(at);
+                    let velocity = fields.velocity.relative(at);
                     let rate = F::force_rate(&element, &u, &velocity);
                     let duration = lanes.splat(moduli.damping) * duration;
-                    nearby.viscous.add(at, &rate, duration);
+                    fields.viscous.add(at, &rate, duration);
                 }
             }
         }
-        nearby.elastic.write(elastic);
+        fields.elastic.write(elastic);
         if is_damped {
-            nearby.viscous.write(viscous);
+            fields.viscous.write(viscous);
         } else {
             viscous.fill([0.0; D]);
         }
@@ -205,9 +209,9 @@ impl<'a, const D: usize, F> InternalForceKick<'a, D, F> {
 /// The kick of a chunk, compiled for the SIMD instructions of the machine.
 struct Task<'a, 'b, const D: usize, const N: usize, const Q: usize, F> {
     kick: &'a InternalForceKick<'a, D, F>,
-    part: &'b mut Chunk<D, N, Q>,
-    shares: GroupImpulses<'b, D>,
-    nearby: &'b mut GatheredFields,
+    chunk: &'b mut Chunk<D, N, Q>,
+    group_impulses: GroupImpulses<'b, D>,
+    fields: &'b mut GatheredFields,
 }
 
 impl<const D: usize, const N: usize, const Q: usize, F> WithSimd for Task<'_, '_, D, N, Q, F>
@@ -218,18 +222,18 @@ where
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let (lanes, moduli) = (Register(simd), self.part.moduli);
-        let mut shares = self.shares;
-        for group in self.part.groups_mut() {
-            let [own, others] = split(shares, group.nodes.len());
+        let (lanes, moduli) = (Register(simd), self.chunk.moduli);
+        let mut group_impulses = self.group_impulses;
+        for group in self.chunk.groups_mut() {
+            let [own, others] = split(group_impulses, group.nodes.len());
             if group.is_due(self.kick.due.coarsest) {
                 let due = DueGroup {
                     group,
                     moduli: &moduli,
                 };
-                self.kick.group(lanes, due, self.nearby, own);
+                self.kick.group(lanes, due, self.fields, own);
             }
-            shares = others;
+            group_impulses = others;
         }
     }
 }

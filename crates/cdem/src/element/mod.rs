@@ -153,14 +153,15 @@ pub(crate) trait ElementSet<const D: usize>: Send + Sync {
     /// Returns level and nodes of each group, in the order of [`GroupImpulses`].
     fn groups(&self) -> Vec<GroupNodes<'_>>;
 
-    /// Writes the impulses of the due groups to `shares`: the sums of interval·f over their
+    /// Writes the impulses of the due groups to `group_impulses`: the sums of interval·f over their
     /// elements, N·s, where f is the internal nodal force (minus the energy gradient, N). Updates
     /// the records of the elements to the displacements (incremental kinematics: stress is rotated
     /// and updated, work is summed).
     ///
     /// With stiffness-proportional damping β the impulse of the viscous stress β·C:(strain rate)
-    /// goes to the second array of `shares`. `motion` is displacements, m, and velocities, m/s.
-    fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], shares: GroupImpulses<D>);
+    /// goes to the second array of `group_impulses`. `motion` is displacements, m, and velocities,
+    /// m/s.
+    fn kick(&mut self, due: &Due, motion: [&[[f64; D]]; 2], group_impulses: GroupImpulses<D>);
 
     /// Updates the record of element `i` to `displacement`.
     fn update_record(&mut self, i: usize, displacement: &[[f64; D]]);

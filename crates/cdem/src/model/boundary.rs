@@ -50,12 +50,12 @@ impl PrescribedMotion {
         if !begins_before_end(a, b) || !begins_before_end(b, a) || a.motion == b.motion {
             return None;
         }
-        let held: [[bool; D]; 2] = [self.components(), other.components()];
+        let prescribed: [[bool; D]; 2] = [self.components(), other.components()];
         let same = |c: usize| match (&a.motion, &b.motion) {
             (Motion::Velocity(a), Motion::Velocity(b)) => a[c] == b[c],
             _ => false,
         };
-        (0..D).find(|&c| held[0][c] && held[1][c] && !same(c))
+        (0..D).find(|&c| prescribed[0][c] && prescribed[1][c] && !same(c))
     }
 
     /// Sets the prescribed components of the velocity of a node at `position`.
@@ -173,20 +173,20 @@ impl<const D: usize> Model<D> {
 
     /// Takes the components that are prescribed from `time` on out of the equations of motion.
     pub(crate) fn set_prescribed_nodes(&mut self, time: f64) {
-        let mut held = vec![[false; D]; self.mesh.nodes.len()];
+        let mut prescribed = vec![[false; D]; self.mesh.nodes.len()];
         for (number, block) in self.blocks.iter().enumerate() {
             if block.fixed {
-                held[self.nodes(number)].fill([true; D]);
+                prescribed[self.nodes(number)].fill([true; D]);
             }
         }
         for motion in self.boundaries.iter().filter(|motion| motion.acts(time)) {
             let components: [bool; D] = motion.components();
             for &node in &motion.nodes {
                 for c in 0..D {
-                    held[node as usize][c] |= components[c];
+                    prescribed[node as usize][c] |= components[c];
                 }
             }
         }
-        self.inertia.set_prescribed(&held);
+        self.inertia.set_prescribed(&prescribed);
     }
 }

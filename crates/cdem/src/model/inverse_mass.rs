@@ -17,7 +17,7 @@ struct Dense<const D: usize> {
     inverse_of: [usize; D],
     /// Prescribed components of its nodes, for which the inverses hold. Empty before the first call
     /// of [`Self::set_prescribed`].
-    held: Vec<[bool; D]>,
+    prescribed: Vec<[bool; D]>,
 }
 
 impl<const D: usize> Dense<D> {
@@ -29,28 +29,33 @@ impl<const D: usize> Dense<D> {
             matrix,
             inverses: Vec::new(),
             inverse_of: [0; D],
-            held: Vec::new(),
+            prescribed: Vec::new(),
         }
     }
 
-    /// Takes the prescribed components `held` out of the inverses. Computes the inverses again only
-    /// if `held` has changed.
-    fn set_prescribed(&mut self, held: &[[bool; D]]) {
-        if self.held == held {
+    /// Takes the `prescribed` components out of the inverses. Computes the inverses again only if
+    /// they have changed.
+    fn set_prescribed(&mut self, prescribed: &[[bool; D]]) {
+        if self.prescribed == prescribed {
             return;
         }
         self.inverses.clear();
         for c in 0..D {
-            let is_alike = |other: &usize| held.iter().all(|held| held[*other] == held[c]);
+            let is_alike = |other: &usize| {
+                prescribed
+                    .iter()
+                    .all(|prescribed| prescribed[*other] == prescribed[c])
+            };
             self.inverse_of[c] = match (0..c).find(is_alike) {
                 Some(other) => self.inverse_of[other],
                 None => {
-                    self.inverses.push(self.inverse_without(|a| held[a][c]));
+                    self.inverses
+                        .push(self.inverse_without(|a| prescribed[a][c]));
                     self.inverses.len() - 1
                 }
             };
         }
-        self.held = held.to_vec();
+        self.prescribed = prescribed.to_vec();
     }
 
     /// Returns the inverse for a component.
@@ -66,9 +71,9 @@ impl<const D: usize> Dense<D> {
     }
 
     /// Returns the inverse of the free rows and columns, with zeros in the prescribed ones.
-    fn inverse_without(&self, is_held: impl Fn(usize) -> bool) -> Vec<f64> {
+    fn inverse_without(&self, is_prescribed: impl Fn(usize) -> bool) -> Vec<f64> {
         let n = self.size;
-        let free: Vec<usize> = (0..n).filter(|&a| !is_held(a)).collect();
+        let free: Vec<usize> = (0..n).filter(|&a| !is_prescribed(a)).collect();
         let matrix = nalgebra::DMatrix::from_fn(free.len(), free.len(), |i, j| {
             self.matrix[free[i] * n + free[j]]
         });
@@ -106,10 +111,10 @@ pub(crate) struct InverseMass<const D: usize> {
 /// Motion of consecutive nodes in two parts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SplitMotion<'a, const D: usize> {
-    /// Velocities of the bound motion, m/s.
-    pub(crate) bound: &'a [[f64; D]],
-    /// Momenta of the other motion, N·s.
-    pub(crate) loose_momenta: &'a [[f64; D]],
+    /// Velocities of the rigid motion, m/s.
+    pub(crate) rigid: &'a [[f64; D]],
+    /// Momenta of the vibration, N·s.
+    pub(crate) vibration_momenta: &'a [[f64; D]],
 }
 
 const LUMPED: u32 = u32::MAX;
@@ -166,16 +171,17 @@ impl<const D: usize> InverseMass<D> {
         self.dense.push(dense);
     }
 
-    /// Takes the prescribed components `held` of the nodes out of the equations of motion.
-    pub(crate) fn set_prescribed(&mut self, held: &[[bool; D]]) {
+    /// Takes the `prescribed` components of the nodes out of the equations of motion.
+    pub(crate) fn set_prescribed(&mut self, prescribed: &[[bool; D]]) {
         self.prescribed.clear();
-        self.prescribed.extend(held);
+        self.prescribed.extend(prescribed);
         self.changes += 1;
-        let inverse =
-            |(mass, held): (&f64, &[bool; D])| held.map(|held| if held { 0.0 } else { 1.0 / mass });
-        self.inverse = self.mass.iter().zip(held).map(inverse).collect();
+        let inverse = |(mass, prescribed): (&f64, &[bool; D])| {
+            prescribed.map(|is_prescribed| if is_prescribed { 0.0 } else { 1.0 / mass })
+        };
+        self.inverse = self.mass.iter().zip(prescribed).map(inverse).collect();
         for dense in &mut self.dense {
-            dense.set_prescribed(&held[dense.first..dense.first + dense.size]);
+            dense.set_prescribed(&prescribed[dense.first..dense.first + dense.size]);
         }
     }
 
@@ -308,18 +314,18 @@ impl<const D: usize> InverseMass<D> {
     }
 
     /// Sets the free components of the velocities of nodes from `first` on to those of `motion`:
-    /// its bound velocities + M⁻¹·loose momenta.
+    /// its rigid velocities + M⁻¹·(momenta of the vibration).
     pub(crate) fn solve(&self, first: usize, motion: SplitMotion<D>, velocity: &mut [[f64; D]]) {
         for (k, of_node) in velocity.iter_mut().enumerate() {
-            let held = self.prescribed(first + k);
-            let mut wanted = motion.bound[k];
+            let prescribed = self.prescribed(first + k);
+            let mut wanted = motion.rigid[k];
             for c in 0..D {
                 let others = self.coupled(first + k).zip(self.column(first + k, c));
                 for (other, inverse) in others {
-                    wanted[c] += inverse * motion.loose_momenta[other - first][c];
+                    wanted[c] += inverse * motion.vibration_momenta[other - first][c];
                 }
             }
-            for c in (0..D).filter(|&c| !held[c]) {
+            for c in (0..D).filter(|&c| !prescribed[c]) {
                 of_node[c] = wanted[c];
             }
         }
@@ -435,8 +441,8 @@ impl<const D: usize> KickMobility<'_, D> {
 
     /// velocity ← velocity + M⁻¹·(impulse on one node, N·s), reduced by damping.
     pub(crate) fn push(&self, node: u32, impulse: &[f64; D], velocity: &mut [[f64; D]]) {
-        let share = self.damping_factor(node);
-        let impulse = impulse.map(|x| share * x);
+        let factor = self.damping_factor(node);
+        let impulse = impulse.map(|x| factor * x);
         self.inertia
             .apply_impulse(node as usize, &impulse, velocity);
     }
@@ -468,7 +474,7 @@ mod tests {
             };
             let (impulse, start) = (vectors(), vectors());
             let mut inertia = InverseMass::<3>::new(mass.clone(), dense);
-            let held: Vec<_> = (0..mass.len())
+            let prescribed: Vec<_> = (0..mass.len())
                 .map(|n| {
                     [
                         n.is_multiple_of(5),
@@ -477,8 +483,8 @@ mod tests {
                     ]
                 })
                 .collect();
-            for held in [vec![[false; 3]; mass.len()], held] {
-                inertia.set_prescribed(&held);
+            for prescribed in [vec![[false; 3]; mass.len()], prescribed] {
+                inertia.set_prescribed(&prescribed);
                 let [mut kicked, mut pushed] = [start.clone(), start.clone()];
                 inertia.kick(0, &impulse, &mut kicked);
                 for (node, impulse) in impulse.iter().enumerate() {

@@ -78,9 +78,9 @@ impl<const D: usize> NodalMotion<'_, D> {
     pub(crate) fn drift(&mut self, nodes: &[u32], duration: f64) {
         for &node in nodes {
             let node = node as usize;
-            let (displacement, carry) =
+            let (displacement, compensation) =
                 (&mut self.displacement[node], &mut self.compensation[node]);
-            drift_node(displacement, carry, &self.velocity[node], duration);
+            drift_node(displacement, compensation, &self.velocity[node], duration);
         }
     }
 }
@@ -90,15 +90,15 @@ impl<const D: usize> NodalMotion<'_, D> {
 #[inline]
 pub(crate) fn drift_node<const D: usize>(
     displacement: &mut [f64; D],
-    carry: &mut [f64; D],
+    compensation: &mut [f64; D],
     velocity: &[f64; D],
     duration: f64,
 ) {
     for c in 0..D {
         let old = displacement[c];
-        let change = duration * velocity[c] - carry[c];
+        let change = duration * velocity[c] - compensation[c];
         let new = old + change;
-        carry[c] = (new - old) - change;
+        compensation[c] = (new - old) - change;
         displacement[c] = new;
     }
 }

@@ -50,14 +50,14 @@ impl Ledger {
         }
     }
 
-    /// Adds another ledger times `share`.
-    pub(crate) fn add(&mut self, share: f64, other: &Self) {
-        self.external_work += share * other.external_work;
-        self.gravity_work += share * other.gravity_work;
-        self.damping_loss += share * other.damping_loss;
-        self.correction_loss += share * other.correction_loss;
-        self.remesh_loss += share * other.remesh_loss;
-        self.impulse.add_sum(share, &other.impulse);
+    /// Adds another ledger times `factor`.
+    pub(crate) fn add(&mut self, factor: f64, other: &Self) {
+        self.external_work += factor * other.external_work;
+        self.gravity_work += factor * other.gravity_work;
+        self.damping_loss += factor * other.damping_loss;
+        self.correction_loss += factor * other.correction_loss;
+        self.remesh_loss += factor * other.remesh_loss;
+        self.impulse.add_sum(factor, &other.impulse);
     }
 }
 

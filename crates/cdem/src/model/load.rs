@@ -23,15 +23,15 @@ impl<const D: usize> SurfaceLoad<D> {
                 .iter()
                 .map(|&node| pad(&mesh.nodes[node as usize]))
                 .collect();
-            area_shares(&points, thickness)[..facet.len()]
+            nodal_areas(&points, thickness)[..facet.len()]
                 .iter()
                 .map(|area| area.iter().map(|x| x * x).sum::<f64>().sqrt())
                 .collect()
         };
-        let shares = facets.iter().map(at_rest).collect();
+        let tributary_areas = facets.iter().map(at_rest).collect();
         Self {
             facets,
-            tributary_areas: shares,
+            tributary_areas,
             load: load.clone(),
             thickness,
         }
@@ -44,8 +44,6 @@ impl<const D: usize> SurfaceLoad<D> {
 
     /// True if the load at `end` differs from that at `start`, s.
     pub(crate) fn changes(&self, start: f64, end: f64) -> bool {
-        let acts =
-            |time: f64| time >= self.load.start && self.load.end.is_none_or(|end| time < end);
         let varies = match &self.load.kind {
             LoadKind::Pressure(pressure) => pressure.value(start) != pressure.value(end),
             LoadKind::Traction(traction) => {
@@ -53,7 +51,12 @@ impl<const D: usize> SurfaceLoad<D> {
                 one != other
             }
         };
-        acts(start) != acts(end) || acts(end) && varies
+        self.acts(start) != self.acts(end) || self.acts(end) && varies
+    }
+
+    /// True if the load acts at `time`, s.
+    fn acts(&self, time: f64) -> bool {
+        time >= self.load.start && self.load.end.is_none_or(|end| time < end)
     }
 
     /// Calls `push(node, force)` with the nodal forces, N, at `time`; `at` gives current positions.
@@ -63,7 +66,7 @@ impl<const D: usize> SurfaceLoad<D> {
         at: impl Fn(u32) -> [f64; D],
         mut push: impl FnMut(u32, [f64; D]),
     ) {
-        if time < self.load.start || self.load.end.is_some_and(|end| time >= end) {
+        if !self.acts(time) {
             return;
         }
         match &self.load.kind {
@@ -74,17 +77,17 @@ impl<const D: usize> SurfaceLoad<D> {
                     for (point, &node) in points.iter_mut().zip(facet) {
                         *point = pad(&at(node));
                     }
-                    let shares = area_shares(&points[..facet.len()], self.thickness);
-                    for (&node, area) in facet.iter().zip(&shares) {
+                    let areas = nodal_areas(&points[..facet.len()], self.thickness);
+                    for (&node, area) in facet.iter().zip(&areas) {
                         push(node, truncate(&scale(-pressure, area)));
                     }
                 }
             }
             LoadKind::Traction(traction) => {
                 let traction = traction.vector::<D>(time);
-                for (facet, shares) in self.facets.iter().zip(&self.tributary_areas) {
-                    for (&node, share) in facet.iter().zip(shares) {
-                        push(node, scale(*share, &traction));
+                for (facet, areas) in self.facets.iter().zip(&self.tributary_areas) {
+                    for (&node, area) in facet.iter().zip(areas) {
+                        push(node, scale(*area, &traction));
                     }
                 }
             }
@@ -95,21 +98,21 @@ impl<const D: usize> SurfaceLoad<D> {
 /// Returns the outward area vector ∫N_a n dA of each node of a facet: an edge (times `thickness`),
 /// a triangle or a quadrilateral. It is exact for warped facets too. Entries beyond the nodes of
 /// the facet have no meaning.
-fn area_shares(points: &[[f64; 3]], thickness: f64) -> [[f64; 3]; 4] {
+fn nodal_areas(points: &[[f64; 3]], thickness: f64) -> [[f64; 3]; 4] {
     match points {
         [a, b] => {
             let along = sub(b, a);
             [[0.5 * thickness * along[1], -0.5 * thickness * along[0], 0.0]; 4]
         }
         [a, b, c] => [scale(1.0 / 6.0, &cross(&sub(b, a), &sub(c, a))); 4],
-        _ => quadrilateral_shares(points),
+        _ => quadrilateral_nodal_areas(points),
     }
 }
 
-fn quadrilateral_shares(points: &[[f64; 3]]) -> [[f64; 3]; 4] {
+fn quadrilateral_nodal_areas(points: &[[f64; 3]]) -> [[f64; 3]; 4] {
     const CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
     let gauss = 1.0 / 3.0_f64.sqrt();
-    let mut shares = [[0.0; 3]; 4];
+    let mut nodal_areas = [[0.0; 3]; 4];
     for at in CORNERS.map(|corner| corner.map(|x| x * gauss)) {
         let mut tangents = [[0.0; 3]; 2];
         for (corner, point) in CORNERS.iter().zip(points) {
@@ -122,12 +125,12 @@ fn quadrilateral_shares(points: &[[f64; 3]]) -> [[f64; 3]; 4] {
             }
         }
         let area = cross(&tangents[0], &tangents[1]);
-        for (corner, share) in CORNERS.iter().zip(&mut shares) {
+        for (corner, nodal_area) in CORNERS.iter().zip(&mut nodal_areas) {
             let shape = 0.25 * (1.0 + corner[0] * at[0]) * (1.0 + corner[1] * at[1]);
-            crate::math::vector::add_scaled(share, shape, &area);
+            crate::math::vector::add_scaled(nodal_area, shape, &area);
         }
     }
-    shares
+    nodal_areas
 }
 
 impl<const D: usize> Model<D> {
@@ -172,20 +175,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_of_a_square_add_up_to_its_area_and_point_outward() {
+    fn nodal_areas_of_a_square_add_up_to_its_area_and_point_outward() {
         let square = [
             [0.0, 0.0, 0.0],
             [2.0, 0.0, 0.0],
             [2.0, 3.0, 0.0],
             [0.0, 3.0, 0.0],
         ];
-        for share in area_shares(&square, 1.0) {
+        for area in nodal_areas(&square, 1.0) {
             // A quarter of 6 m², along +z; the tolerance allows round-off of three products.
-            assert!((share[2] - 1.5).abs() < 1e-14 && share[0] == 0.0 && share[1] == 0.0);
+            assert!((area[2] - 1.5).abs() < 1e-14 && area[0] == 0.0 && area[1] == 0.0);
         }
-        let triangle = area_shares(&square[..3], 1.0);
+        let triangle = nodal_areas(&square[..3], 1.0);
         assert!((triangle[0][2] - 1.0).abs() < 1e-15);
-        let edge = area_shares(&square[..2], 0.5);
+        let edge = nodal_areas(&square[..2], 0.5);
         assert_eq!(edge[0], [0.0, -0.5, 0.0]);
     }
 }

@@ -43,14 +43,13 @@ impl<'a, const D: usize> Positions<'a, D> {
         }
     }
 
-    /// Returns the positions at the fraction `share` of the way to the positions `later` in the
-    /// same drift.
-    pub(crate) fn towards(self, later: Self, share: f64) -> Self {
+    /// Returns the positions at a `fraction` of the way to the positions `later` in the same drift.
+    pub(crate) fn towards(self, later: Self, fraction: f64) -> Self {
         let time = |of: Self| of.drift.map_or(0.0, |(_, time)| time);
         let [from, to] = [self, later].map(time);
         let drift = later.drift.or(self.drift);
         Self {
-            drift: drift.map(|(velocity, _)| (velocity, from + share * (to - from))),
+            drift: drift.map(|(velocity, _)| (velocity, from + fraction * (to - from))),
             ..later
         }
     }

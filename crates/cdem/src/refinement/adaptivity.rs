@@ -38,8 +38,8 @@ pub(crate) struct Adaptivity<const D: usize> {
     pub(super) energy_loss: f64,
     pub(super) max_level: u32,
     extent: ZoneExtent,
-    /// Extent of each block, m: the diagonal of its bounding box.
-    pub(super) widths: Vec<f64>,
+    /// Diagonal of the bounding box of each block, m.
+    pub(super) diagonals: Vec<f64>,
     /// Refined block of each block that has an overlay, built from the zones of the state.
     pub(super) refined_blocks: Vec<Option<RefinedBlock<D>>>,
     pub(super) state: AdaptivityState<D>,
@@ -78,7 +78,7 @@ impl<const D: usize> Adaptivity<D> {
     pub(crate) fn new(base_model: BaseModel<D>) -> Self {
         let contact = &base_model.scene.contact;
         let count = base_model.mesh.blocks.len();
-        let width = |block: &MeshBlock| {
+        let diagonal = |block: &MeshBlock| {
             let nodes = block.nodes.start as usize..block.nodes.end as usize;
             let extent = |c: usize| {
                 let along = base_model.mesh.nodes[nodes.clone()].iter().map(|x| x[c]);
@@ -90,7 +90,7 @@ impl<const D: usize> Adaptivity<D> {
             norm(&std::array::from_fn::<f64, D, _>(extent))
         };
         Self {
-            widths: base_model.mesh.blocks.iter().map(width).collect(),
+            diagonals: base_model.mesh.blocks.iter().map(diagonal).collect(),
             energy_loss: contact.energy_loss,
             max_level: contact.max_level,
             extent: contact.zone,
@@ -122,8 +122,7 @@ impl<const D: usize> Adaptivity<D> {
         roots.map(size).fold(0.0, f64::max)
     }
 
-    /// Returns how many halvings the elements among `roots` allow before there is no time level for
-    /// them.
+    /// Returns the number of halvings of the elements `roots` for which time levels exist.
     pub(crate) fn halvings(&self, roots: impl Iterator<Item = u32>) -> u32 {
         let level = |root: u32| u32::from(self.base_model.level[root as usize]) + SIMPLEX_LEVELS;
         let finest = roots.map(level).max().unwrap_or_default();
@@ -138,14 +137,14 @@ impl<const D: usize> Adaptivity<D> {
         target: &ImpactNode<D>,
         roots: impl Iterator<Item = u32>,
     ) -> f64 {
-        let share = if target.is_on_edge { ON_EDGE } else { ON_FACE };
+        let fraction = if target.is_on_edge { ON_EDGE } else { ON_FACE };
         let nodes = &self.base_model.mesh.blocks[target.block].nodes;
         let node = nodes.start as usize + target.number;
         if target.number < nodes.len() && self.base_model.mesh.nodes[node] == target.rest {
             return self.base_model.masses.nodal[node];
         }
         let of_cells = roots.map(|root| self.base_model.cell_mass(target.block, root));
-        share * of_cells.fold(0.0, f64::max)
+        fraction * of_cells.fold(0.0, f64::max)
     }
 
     pub(super) fn wave_speed(&self, block: usize) -> f64 {
@@ -153,14 +152,14 @@ impl<const D: usize> Adaptivity<D> {
     }
 
     /// Returns true if a block is fixed or all its nodes are prescribed.
-    pub(crate) fn is_still(&self, block: usize) -> bool {
+    pub(crate) fn is_prescribed(&self, block: usize) -> bool {
         self.state.is_prescribed[block]
     }
 
     /// Sets, for each block, if it is fixed or all its nodes are prescribed.
-    pub(crate) fn set_still(&mut self, still: impl Iterator<Item = bool>) {
+    pub(crate) fn set_prescribed(&mut self, of_blocks: impl Iterator<Item = bool>) {
         self.state.is_prescribed.clear();
-        self.state.is_prescribed.extend(still);
+        self.state.is_prescribed.extend(of_blocks);
     }
 
     /// Returns the blocks with an energy debt.
@@ -190,30 +189,30 @@ impl<const D: usize> Adaptivity<D> {
     }
 
     /// Returns the transit time of compression waves across a block, s.
-    pub(crate) fn crossing(&self, block: usize) -> f64 {
-        self.widths[block] / self.wave_speed(block)
+    pub(crate) fn transit(&self, block: usize) -> f64 {
+        self.diagonals[block] / self.wave_speed(block)
     }
 
     /// Requests elements of these `sizes`, m, on both sides of a predicted impact until the step
     /// `until`. Sizes that are no smaller than those of the base mesh request nothing.
     pub(crate) fn request_zone(
         &mut self,
-        encounter: &ImpactPrediction<D>,
+        impact: &ImpactPrediction<D>,
         sizes: [f64; 2],
         is_flush: bool,
         until: u64,
     ) {
         for (side, finest) in sizes.into_iter().enumerate() {
-            let block = encounter.blocks[side];
-            if finest >= encounter.sizes[side] || self.is_still(block) {
+            let block = impact.blocks[side];
+            if finest >= impact.sizes[side] || self.is_prescribed(block) {
                 continue;
             }
-            let zone = self.zone(encounter, side, finest, is_flush, until);
+            let zone = self.zone(impact, side, finest, is_flush, until);
             if self.state.zones_refused[block]
                 .iter()
                 .any(|known| known.covers(&zone))
             {
-                let blocks = encounter.blocks.map(|block| block as u32);
+                let blocks = impact.blocks.map(|block| block as u32);
                 self.state
                     .impact_history
                     .refuse(blocks, block, self.state.why_refused[block]);
@@ -233,19 +232,17 @@ impl<const D: usize> Adaptivity<D> {
     /// Returns the zone on one side of a predicted impact.
     pub(super) fn zone(
         &self,
-        encounter: &ImpactPrediction<D>,
+        impact: &ImpactPrediction<D>,
         side: usize,
         finest: f64,
         is_flush: bool,
         until: u64,
     ) -> Zone<D> {
         Zone {
-            centre: encounter.places[side],
+            centre: impact.places[side],
             radius: match self.extent {
                 ZoneExtent::Graded => 0.0,
-                ZoneExtent::Wavefront => {
-                    self.wave_speed(encounter.blocks[side]) * encounter.unified
-                }
+                ZoneExtent::Wavefront => self.wave_speed(impact.blocks[side]) * impact.unified,
             },
             finest,
             grading: if is_flush && D == 2 {
@@ -300,10 +297,12 @@ impl<const D: usize> Adaptivity<D> {
     pub(crate) fn record_target(
         &mut self,
         blocks: [u32; 2],
-        depth: &RefinementTarget,
+        target: &RefinementTarget,
         seen: [f64; 2],
     ) {
-        self.state.impact_history.record_target(blocks, depth, seen);
+        self.state
+            .impact_history
+            .record_target(blocks, target, seen);
     }
 
     /// Returns warnings for the user: the impacts predicted to lose more than `energy_loss`, and
@@ -355,7 +354,7 @@ impl<const D: usize> Adaptivity<D> {
                     found.count,
                     quantity(found.time, "s"),
                     significant(found.speed, 3),
-                    significant(found.share, 2)
+                    significant(found.loss_fraction, 2)
                 )
             });
         limited.collect()

@@ -25,22 +25,24 @@ pub(crate) struct CostEstimate {
 impl<const D: usize> Adaptivity<D> {
     /// Estimates the cost of the heaviest moving block if its corner hits an equal block head on at
     /// [`ASSUMED_SPEED`].
-    pub(crate) fn foresee(&self) -> Option<CostEstimate> {
+    pub(crate) fn estimate_cost(&self) -> Option<CostEstimate> {
         let base_model = &self.base_model;
         let mass = |block: usize| -> f64 {
             let nodes = &base_model.mesh.blocks[block].nodes;
             let nodes = nodes.start as usize..nodes.end as usize;
             base_model.masses.nodal[nodes].iter().sum()
         };
-        let moving = (0..base_model.mesh.blocks.len()).filter(|&block| !self.is_still(block));
+        let moving = (0..base_model.mesh.blocks.len()).filter(|&block| !self.is_prescribed(block));
         let masses = moving.map(|block| (block, mass(block)));
         let (block, mass) = masses.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let encounter = self.corner_hit(block);
+        let impact = self.corner_hit(block);
         // Two blocks of mass m that meet head on can lose ½·(m/2)·v².
         let energy = 0.25 * mass * ASSUMED_SPEED * ASSUMED_SPEED;
-        let sizes = self.depth(std::slice::from_ref(&encounter), energy).sizes;
-        let zone = self.zone(&encounter, 0, sizes[0][0], false, 0);
-        let refined_block = if zone.finest < encounter.sizes[0] {
+        let sizes = self
+            .refinement_target(std::slice::from_ref(&impact), energy)
+            .sizes;
+        let zone = self.zone(&impact, 0, sizes[0][0], false, 0);
+        let refined_block = if zone.finest < impact.sizes[0] {
             RefinedBlock::finer(base_model, block, &[zone], None)
         } else {
             Ok(None)

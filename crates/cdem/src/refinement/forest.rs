@@ -143,16 +143,16 @@ impl<const D: usize, C: BisectedSimplex> Forest<D, C> {
             let corners: Vec<_> = nodes.map(|&node| base.point(node)).collect();
             wanted(&corners, element)
         };
-        let mut planted: BTreeSet<u32> = seeds.iter().filter(is_wanted).copied().collect();
+        let mut root_elements: BTreeSet<u32> = seeds.iter().filter(is_wanted).copied().collect();
         loop {
-            let mut growth = Growth::new(base, &wanted, planted);
+            let mut growth = Growth::new(base, &wanted, root_elements);
             growth.grow();
-            if growth.asked.is_empty() {
+            if growth.missing_roots.is_empty() {
                 return growth.forest;
             }
             // The pieces of an element change if its neighbour is split into pieces.
-            planted = growth.planted;
-            planted.extend(growth.asked);
+            root_elements = growth.root_elements;
+            root_elements.extend(growth.missing_roots);
         }
     }
 
@@ -208,24 +208,24 @@ struct Growth<'a, const D: usize, W, C> {
     /// New nodes by their parents.
     middles: HashMap<Parents, u32>,
     /// Elements that are roots.
-    planted: BTreeSet<u32>,
+    root_elements: BTreeSet<u32>,
     /// Elements that must become roots too; the forest is then rebuilt.
-    asked: BTreeSet<u32>,
+    missing_roots: BTreeSet<u32>,
     /// Trees without halves: those to check, and those that are small enough.
     pending: Vec<u32>,
     leaves: Vec<u32>,
 }
 
 impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: BisectedSimplex> Growth<'a, D, W, C> {
-    fn new(base: BaseMesh<'a, D>, wanted: &'a W, planted: BTreeSet<u32>) -> Self {
+    fn new(base: BaseMesh<'a, D>, wanted: &'a W, root_elements: BTreeSet<u32>) -> Self {
         let mut growth = Self {
             base,
             wanted,
             middles: HashMap::new(),
-            asked: BTreeSet::new(),
+            missing_roots: BTreeSet::new(),
             pending: Vec::new(),
             leaves: Vec::new(),
-            planted,
+            root_elements,
             forest: Forest {
                 node_count: base.node_count(),
                 parents: Vec::new(),
@@ -234,8 +234,8 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: BisectedSimplex> Gr
                 trees: Vec::new(),
             },
         };
-        for element in growth.planted.clone() {
-            growth.plant(element);
+        for element in growth.root_elements.clone() {
+            growth.add_roots(element);
         }
         growth
     }
@@ -263,13 +263,13 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: BisectedSimplex> Gr
     }
 
     /// Makes an element the root of one tree, or of one tree per piece.
-    fn plant(&mut self, element: u32) {
+    fn add_roots(&mut self, element: u32) {
         let Element { kind, .. } = *self.base.element(element);
         let nodes = self.base.element(element).nodes();
         let first = self.forest.trees.len() as u32;
         self.forest.roots.push((element, first));
         if simplex_split::is_simplex(kind) {
-            self.plant_tree(element, nodes, TreeOrigin::Element, 0);
+            self.add_tree(element, nodes, TreeOrigin::Element, 0);
             return;
         }
         let centre = self.middle(Parents::new(nodes));
@@ -277,10 +277,10 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: BisectedSimplex> Gr
             let facet: Vec<u32> = facet.iter().map(|&i| nodes[i as usize]).collect();
             let across = self.base.across(element, number);
             let first = MOST_PIECES * number as u16;
-            match across.filter(|beside| !self.planted.contains(beside)) {
+            match across.filter(|beside| !self.root_elements.contains(beside)) {
                 Some(before) if facet.len() == 4 => {
                     for (k, piece) in (first..).zip(simplex_split::halves_over(&facet, centre)) {
-                        self.plant_tree(element, &piece, TreeOrigin::Half { before }, HALVES + k);
+                        self.add_tree(element, &piece, TreeOrigin::Half { before }, HALVES + k);
                     }
                 }
                 _ => {
@@ -288,14 +288,14 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: BisectedSimplex> Gr
                     for (k, piece) in
                         (first..).zip(simplex_split::pieces_over(&facet, centre, middle))
                     {
-                        self.plant_tree(element, &piece, TreeOrigin::Piece, k);
+                        self.add_tree(element, &piece, TreeOrigin::Piece, k);
                     }
                 }
             }
         }
     }
 
-    fn plant_tree(&mut self, root: u32, nodes: &[u32], origin: TreeOrigin, piece: u16) {
+    fn add_tree(&mut self, root: u32, nodes: &[u32], origin: TreeOrigin, piece: u16) {
         let length = |edge: [u32; 2]| -> EdgeLength {
             let [a, b] = edge.map(|node| self.forest.point(self.base, node));
             // Lengths that differ by round-off count as equal.
@@ -327,12 +327,12 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: BisectedSimplex> Gr
     fn bisect(&mut self, tree: u32) {
         let parent = self.forest.trees[tree as usize];
         if let TreeOrigin::Half { before } = parent.origin {
-            self.asked.insert(before);
+            self.missing_roots.insert(before);
             return;
         }
         let edge = parent.cell.refinement_edge();
         let middle = self.middle(Parents::new(&edge));
-        self.bring_in(edge);
+        self.require_roots(edge);
         let halves = self.forest.trees.len() as u32;
         self.forest.trees[tree as usize].halves = halves;
         for (cell, number) in parent.cell.halves(middle).into_iter().zip(halves..) {
@@ -363,20 +363,20 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: BisectedSimplex> Gr
     }
 
     /// Makes all elements at a bisected edge of the base mesh roots.
-    fn bring_in(&mut self, edge: [u32; 2]) {
+    fn require_roots(&mut self, edge: [u32; 2]) {
         if edge[1] >= self.forest.node_count {
             return;
         }
         let beside: Vec<u32> = self.base.at_edge(edge).collect();
         for element in beside {
-            if self.planted.contains(&element) {
+            if self.root_elements.contains(&element) {
                 continue;
             }
             if simplex_split::is_simplex(self.base.element(element).kind) {
-                self.planted.insert(element);
-                self.plant(element);
+                self.root_elements.insert(element);
+                self.add_roots(element);
             } else {
-                self.asked.insert(element);
+                self.missing_roots.insert(element);
             }
         }
     }

@@ -40,7 +40,7 @@ pub(super) struct LimitedImpacts {
     pub(super) time: f64,
     pub(super) speed: f64,
     /// Its predicted loss over its energy.
-    pub(super) share: f64,
+    pub(super) loss_fraction: f64,
 }
 
 impl ImpactHistory {
@@ -67,13 +67,13 @@ impl ImpactHistory {
     pub(super) fn record_target(
         &mut self,
         blocks: [u32; 2],
-        depth: &RefinementTarget,
+        target: &RefinementTarget,
         [time, speed]: [f64; 2],
     ) {
         if let Some(impact) = self.going.get_mut(&blocks)
-            && depth.loss >= impact.loss
+            && target.loss >= impact.loss
         {
-            (impact.loss, impact.limit) = (depth.loss, depth.limit);
+            (impact.loss, impact.limit) = (target.loss, target.limit);
             (impact.time, impact.speed) = (time, speed);
         }
     }
@@ -142,7 +142,7 @@ impl PastImpact {
             blocks,
             time: self.time,
             speed: self.speed,
-            share: self.loss / self.energy,
+            loss_fraction: self.loss / self.energy,
         };
         let known = limited.entry(limit).or_insert(own);
         let count = known.count + 1;

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use crate::math::vector::{dot, norm, scale, sub};
 use crate::refinement::adaptivity::Adaptivity;
 
-/// Number of halvings of the coarser side after which both sides are as fine as possible, whatever
-/// their difference: there are no more time levels.
+/// Number of halvings of the coarser side after which both sides have reached the finest time
+/// level.
 const LEVELS: u32 = 64;
 
 /// Approximate number of layers of small elements between the contact and the largest elements that
@@ -33,7 +33,7 @@ const DAMPED_OF_SIZE: f64 = 0.25;
 
 /// Distance between touches, over the base size of the elements there, beyond which blocks meet
 /// flush.
-const FLUSH: f64 = 0.25;
+const FLUSH_DISTANCE: f64 = 0.25;
 
 /// A predicted touch of two blocks.
 #[derive(Clone, Debug)]
@@ -108,9 +108,9 @@ impl<const D: usize> ImpactPrediction<D> {
     /// Returns true if faces meet flush: the touches are not all at one place or, in 3-D, along one
     /// line.
     pub(crate) fn are_flush(all: &[Self]) -> bool {
-        let least = all
-            .first()
-            .map_or(0.0, |first| first.sizes[0].min(first.sizes[1]) * FLUSH);
+        let least = all.first().map_or(0.0, |first| {
+            first.sizes[0].min(first.sizes[1]) * FLUSH_DISTANCE
+        });
         let [length, width] = Self::extents(all);
         length > least && (D == 2 || width > least)
     }
@@ -118,7 +118,7 @@ impl<const D: usize> ImpactPrediction<D> {
 
 /// Returns the approximate number of elements of this `size`, m, and of those that grade to them,
 /// for a contact of these extents, m: some layers with two triangles or six tetrahedra per cell.
-fn crowd<const D: usize>(extents: [f64; 2], size: f64) -> f64 {
+fn element_estimate<const D: usize>(extents: [f64; 2], size: f64) -> f64 {
     let [across, wide] = extents.map(|extent| extent / size + LAYERS);
     if D == 2 {
         2.0 * across * LAYERS
@@ -131,38 +131,38 @@ impl<const D: usize> Adaptivity<D> {
     /// Returns the element sizes with which the touches of two blocks lose no more than the wanted
     /// fraction of the `energy` of their impact, J (design, section 6). Both sides have the same
     /// transit time of compression waves.
-    pub(crate) fn depth(
+    pub(crate) fn refinement_target(
         &self,
-        encounters: &[ImpactPrediction<D>],
+        impacts: &[ImpactPrediction<D>],
         energy: f64,
     ) -> RefinementTarget {
-        let points = encounters.iter().filter(|e| e.is_first_of_node).count();
+        let points = impacts.iter().filter(|e| e.is_first_of_node).count();
         let across = (points.max(1) as f64).powf(1.0 / (D as f64 - 1.0));
         let pressed = PRESSED / across;
         let sizes_at = |level: u32| -> Vec<[f64; 2]> {
             let sizes = |e| self.sizes(e, level, pressed);
-            encounters.iter().map(sizes).collect()
+            impacts.iter().map(sizes).collect()
         };
-        let extents = ImpactPrediction::extents(encounters);
+        let extents = ImpactPrediction::extents(impacts);
         let is_too_much = |sizes: &[[f64; 2]]| {
-            let sides = encounters.iter().zip(sizes).flat_map(|(e, sizes)| {
+            let sides = impacts.iter().zip(sizes).flat_map(|(e, sizes)| {
                 let refined = |side: usize| sizes[side] < e.sizes[side];
                 let sides = (0..2).filter(move |&side| refined(side));
-                let sides = sides.filter(|&side| !self.is_still(e.blocks[side]));
+                let sides = sides.filter(|&side| !self.is_prescribed(e.blocks[side]));
                 sides.map(|side| sizes[side]).collect::<Vec<_>>()
             });
-            crowd::<D>(extents, sides.fold(f64::INFINITY, f64::min)) > MAX_ELEMENTS
+            element_estimate::<D>(extents, sides.fold(f64::INFINITY, f64::min)) > MAX_ELEMENTS
         };
         let finest = sizes_at(LEVELS);
         let mut sizes = sizes_at(0);
         let mut limit = None;
-        let mut loss = self.loss(encounters, &sizes);
+        let mut loss = self.loss(impacts, &sizes);
         for level in 1..=LEVELS {
             if loss <= self.energy_loss * energy {
                 break;
             }
             if sizes == finest {
-                limit = self.limit(encounters, &sizes, pressed);
+                limit = self.limit(impacts, &sizes, pressed);
                 break;
             }
             let finer = sizes_at(level);
@@ -171,22 +171,22 @@ impl<const D: usize> Adaptivity<D> {
                 break;
             }
             sizes = finer;
-            loss = self.loss(encounters, &sizes);
+            loss = self.loss(impacts, &sizes);
         }
         RefinementTarget { sizes, loss, limit }
     }
 
     /// Returns the element sizes on both sides, m, whose transit time is that of the slower side
     /// after `level` halvings. No size is below its least value or above its base size.
-    fn sizes(&self, encounter: &ImpactPrediction<D>, level: u32, pressed: f64) -> [f64; 2] {
-        let ImpactPrediction { blocks, sizes, .. } = encounter;
+    fn sizes(&self, impact: &ImpactPrediction<D>, level: u32, pressed: f64) -> [f64; 2] {
+        let ImpactPrediction { blocks, sizes, .. } = impact;
         let speed = blocks.map(|block| self.wave_speed(block));
         let transits = [sizes[0] / speed[0], sizes[1] / speed[1]];
-        let moves = (0..2).filter(|&side| !self.is_still(blocks[side]));
+        let moves = (0..2).filter(|&side| !self.is_prescribed(blocks[side]));
         let longest = moves.map(|side| transits[side]).fold(0.0, f64::max);
         let transit = longest * 0.5_f64.powi(level as i32);
         [0, 1].map(|side| {
-            let (least, _) = self.least_size(encounter, side, pressed);
+            let (least, _) = self.least_size(impact, side, pressed);
             (speed[side] * transit).clamp(least, sizes[side])
         })
     }
@@ -195,20 +195,20 @@ impl<const D: usize> Adaptivity<D> {
     /// they may not be halved once, that is the base size.
     fn least_size(
         &self,
-        encounter: &ImpactPrediction<D>,
+        impact: &ImpactPrediction<D>,
         side: usize,
         pressed: f64,
     ) -> (f64, RefinementLimit) {
-        let (block, size) = (encounter.blocks[side], encounter.sizes[side]);
+        let (block, size) = (impact.blocks[side], impact.sizes[side]);
         let halved = |times: u32| 0.5_f64.powi(times as i32) * size;
-        let pressed = pressed * encounter.speed / self.wave_speed(block) * self.widths[block];
+        let pressed = pressed * impact.speed / self.wave_speed(block) * self.diagonals[block];
         let damping = self.base_model.material(block).damping.stiffness;
         let damped = DAMPED * damping * self.wave_speed(block);
         let limits = [
             (pressed, RefinementLimit::Speed),
             (damped.min(DAMPED_OF_SIZE * size), RefinementLimit::Damping),
             (halved(self.max_level), RefinementLimit::Level),
-            (halved(encounter.halvings[side]), RefinementLimit::Step),
+            (halved(impact.halvings[side]), RefinementLimit::Step),
         ];
         let larger =
             |a: (f64, RefinementLimit), b: (f64, RefinementLimit)| if b.0 > a.0 { b } else { a };
@@ -221,39 +221,39 @@ impl<const D: usize> Adaptivity<D> {
     /// Returns the reason why the `sizes`, m, cannot be smaller at the touch that loses most.
     fn limit(
         &self,
-        encounters: &[ImpactPrediction<D>],
+        impacts: &[ImpactPrediction<D>],
         sizes: &[[f64; 2]],
         pressed: f64,
     ) -> Option<RefinementLimit> {
-        let touches = encounters.iter().zip(sizes);
+        let touches = impacts.iter().zip(sizes);
         let loss = |(e, sizes): &(&ImpactPrediction<D>, &[f64; 2])| self.loss_at(e, sizes);
         let (worst, _) = touches.max_by(|a, b| loss(a).total_cmp(&loss(b)))?;
-        let moves = (0..2).filter(|&side| !self.is_still(worst.blocks[side]));
+        let moves = (0..2).filter(|&side| !self.is_prescribed(worst.blocks[side]));
         let limits = moves.map(|side| self.least_size(worst, side, pressed).1);
         limits.min()
     }
 
     /// Returns the energy that the touches lose as their points become unified, J: the larger of
     /// the sums over the nodes of either block.
-    fn loss(&self, encounters: &[ImpactPrediction<D>], sizes: &[[f64; 2]]) -> f64 {
+    fn loss(&self, impacts: &[ImpactPrediction<D>], sizes: &[[f64; 2]]) -> f64 {
         let of = |block: usize| {
-            let touches = encounters.iter().zip(sizes);
+            let touches = impacts.iter().zip(sizes);
             let own = touches.filter(|(e, _)| e.is_first_of_node && e.blocks[0] == block);
             own.map(|(e, sizes)| self.loss_at(e, sizes)).sum::<f64>()
         };
-        let [a, b] = encounters.first().map_or([0; 2], |e| e.blocks);
+        let [a, b] = impacts.first().map_or([0; 2], |e| e.blocks);
         f64::max(of(a), of(b))
     }
 
     /// Returns the energy that two points lose as they become unified, (5) of the paper, J.
-    fn loss_at(&self, encounter: &ImpactPrediction<D>, sizes: &[f64; 2]) -> f64 {
+    fn loss_at(&self, impact: &ImpactPrediction<D>, sizes: &[f64; 2]) -> f64 {
         let inverse = |side: usize| {
-            if self.is_still(encounter.blocks[side]) {
+            if self.is_prescribed(impact.blocks[side]) {
                 return 0.0;
             }
-            let halved = sizes[side] / encounter.sizes[side];
-            1.0 / (encounter.masses[side] * halved.powi(D as i32))
+            let halved = sizes[side] / impact.sizes[side];
+            1.0 / (impact.masses[side] * halved.powi(D as i32))
         };
-        0.5 * encounter.speed * encounter.speed / (inverse(0) + inverse(1))
+        0.5 * impact.speed * impact.speed / (inverse(0) + inverse(1))
     }
 }

@@ -128,7 +128,7 @@ fn simplex_and_back<const D: usize, C: BisectedSimplex>(largest: f64) {
         let nodes = &case.ground.mesh.nodes;
         let whole = case.whole();
         let refined = DMatrix::from_diagonal(&DVector::from_column_slice(&case.masses));
-        let nesting = Prolongation::new(&case.overlay, None).expect("over its base");
+        let prolongation = Prolongation::new(&case.overlay, None).expect("over its base");
         let displacement = random::<D>(nodes.len(), &mut rng);
         let velocity = random::<D>(nodes.len(), &mut rng);
         let at = moved(nodes, &displacement);
@@ -139,7 +139,8 @@ fn simplex_and_back<const D: usize, C: BisectedSimplex>(largest: f64) {
         let before = body.momenta(&velocity, &nodes[0]);
         let energy = kinetic_energy(&whole, &velocity);
         let (mass, centre) = body.centre();
-        let [displacement, velocity] = [displacement, velocity].map(|f| nesting.prolongate(&f));
+        let [displacement, velocity] =
+            [displacement, velocity].map(|f| prolongation.prolongate(&f));
         let fine_at = moved(&case.overlay.points, &displacement);
         let fine = MovingBody {
             points: &fine_at,
@@ -164,8 +165,8 @@ fn simplex_and_back<const D: usize, C: BisectedSimplex>(largest: f64) {
         // A simplex keeps the mean of its deformation, whatever the deformation of its parts. The
         // round-off is larger by the weight 0.01 of rotation and for flat simplices.
         let displacement = random::<D>(case.masses.len(), &mut rng);
-        let smooth = nesting.smooth(&displacement, &vec![false; nodes.len()], LAME);
-        let smooth_everywhere = nesting.prolongate(&smooth);
+        let smooth = prolongation.smooth(&displacement, &vec![false; nodes.len()], LAME);
+        let smooth_everywhere = prolongation.prolongate(&smooth);
         let means =
             [&displacement, &smooth_everywhere].map(|field| case.overlay.mean_gradient(field));
         for (one, other) in means[0].iter().zip(&means[1]) {
@@ -177,7 +178,7 @@ fn simplex_and_back<const D: usize, C: BisectedSimplex>(largest: f64) {
         let wanted = fine.momenta(&velocity, &centre);
         let energy = kinetic_energy(&refined, &velocity);
         let momenta = velocity.iter().zip(&case.masses);
-        let mut back = nesting.restrict(momenta.map(|(v, m)| v.map(|v| m * v)).collect());
+        let mut back = prolongation.restrict(momenta.map(|(v, m)| v.map(|v| m * v)).collect());
         let solver = whole.clone().cholesky().expect("positive masses");
         let columns = DMatrix::from_fn(back.len(), D, |node, c| back[node][c]);
         let columns = solver.solve(&columns);
@@ -190,7 +191,7 @@ fn simplex_and_back<const D: usize, C: BisectedSimplex>(largest: f64) {
         );
         let linear = body.momenta(&back, &centre).linear;
         assert!(norm(&sub(&linear, &wanted.linear)) < 1e-13 * mass, "{seed}");
-        body.give_back(&mut back, &wanted);
+        body.restore_momenta(&mut back, &wanted);
         let now = body.momenta(&back, &centre);
         assert!(
             norm(&sub(&now.linear, &wanted.linear)) < 1e-13 * mass,
@@ -300,21 +301,21 @@ fn goes_and_comes_back<const D: usize, C: BisectedSimplex>() {
             };
             let [coarse, fine] = [0.8, 0.4].map(refined);
             assert!(Prolongation::new(&coarse, Some(&fine)).is_none());
-            let nesting = Prolongation::new(&fine, Some(&coarse)).expect("made of it");
+            let prolongation = Prolongation::new(&fine, Some(&coarse)).expect("made of it");
             let values = random::<D>(coarse.points.len(), &mut rng);
-            let spread = nesting.prolongate(&values);
-            let back = nesting.smooth(&spread, &vec![false; values.len()], LAME);
+            let spread = prolongation.prolongate(&values);
+            let back = prolongation.smooth(&spread, &vec![false; values.len()], LAME);
             for (value, back) in values.iter().zip(&back) {
                 assert!(norm(&sub(value, back)) < 1e-10, "{kind:?} {seed}");
             }
             let other = random::<D>(fine.points.len(), &mut rng);
             let there = product(&spread, &other);
-            let here = product(&values, &nesting.restrict(other));
+            let here = product(&values, &prolongation.restrict(other));
             assert!((there - here).abs() < 1e-11, "{kind:?} {seed}");
             // Impulses are equal at common nodes, and in sum.
-            let scattered = nesting.scatter(&values);
-            assert_eq!(nesting.pick(&scattered), values, "{kind:?} {seed}");
-            assert_eq!(nesting.restrict(scattered), values, "{kind:?} {seed}");
+            let scattered = prolongation.scatter(&values);
+            assert_eq!(prolongation.inject(&scattered), values, "{kind:?} {seed}");
+            assert_eq!(prolongation.restrict(scattered), values, "{kind:?} {seed}");
         }
     }
 }
@@ -411,9 +412,13 @@ fn linear_fields_stay<const D: usize, C: BisectedSimplex>() {
     check_overlays::<D, C>(|ground, overlay, rng, case| {
         let gradient = random::<D>(D, rng);
         let field = |point: &[f64; D]| std::array::from_fn(|c| 0.3 + dot(&gradient[c], point));
-        let nesting = Prolongation::new(overlay, None).expect("over its base");
+        let prolongation = Prolongation::new(overlay, None).expect("over its base");
         let before: Vec<[f64; D]> = ground.mesh.nodes.iter().map(field).collect();
-        for (after, point) in nesting.grow(&before).iter().zip(&overlay.points) {
+        for (after, point) in prolongation
+            .prolongate_with_shape_functions(&before)
+            .iter()
+            .zip(&overlay.points)
+        {
             assert!(norm(&sub(after, &field(point))) < 1e-13, "{case}");
         }
     });
@@ -442,11 +447,11 @@ fn slack_is_rigid<const D: usize, C: BisectedSimplex>() {
         let field: Vec<[f64; D]> = overlay.points.iter().zip(&bent).map(field).collect();
         let mut kept = vec![false; field.len()];
         kept[overlay.elements[0].element.nodes()[0] as usize] = rng.bool();
-        let shift = overlay.slack(&field, &kept, LAME);
-        for (_, shift) in kept.iter().zip(&shift).filter(|(kept, _)| **kept) {
-            assert_eq!(*shift, [0.0; D]);
+        let relaxation = overlay.relaxation(&field, &kept, LAME);
+        for (_, relaxation) in kept.iter().zip(&relaxation).filter(|(kept, _)| **kept) {
+            assert_eq!(*relaxation, [0.0; D]);
         }
-        let at = moved(&overlay.points, &moved(&field, &shift));
+        let at = moved(&overlay.points, &moved(&field, &relaxation));
         for piece in &overlay.elements {
             let [a, b] = [0, 1].map(|i| piece.element.nodes()[i] as usize);
             let length = |of: &[[f64; D]]| norm(&sub(&of[a], &of[b]));

@@ -72,7 +72,7 @@ impl<'a, const D: usize> Prolongation<'a, D> {
     }
 
     /// Does the same for a field that varies in non-simplex elements by their shape functions.
-    pub(crate) fn grow(&self, coarse: &[[f64; D]]) -> Vec<[f64; D]> {
+    pub(crate) fn prolongate_with_shape_functions(&self, coarse: &[[f64; D]]) -> Vec<[f64; D]> {
         let mut fine = self.prolongate(coarse);
         for (new, inside) in self.fine.inside.iter().enumerate() {
             let node = self.fine.base_count + new;
@@ -90,7 +90,7 @@ impl<'a, const D: usize> Prolongation<'a, D> {
     }
 
     /// Returns the fine values at the coarse nodes.
-    pub(crate) fn pick<T: Copy>(&self, fine: &[T]) -> Vec<T> {
+    pub(crate) fn inject<T: Copy>(&self, fine: &[T]) -> Vec<T> {
         let of = |&node: &u32| fine[node as usize];
         self.fine_of.iter().map(of).collect()
     }
@@ -144,15 +144,15 @@ impl<'a, const D: usize> Prolongation<'a, D> {
         let stiffness = Stiffness::new(self.fine, fine, lame);
         let at = |&node: &u32| fine[node as usize];
         let mut moved: Vec<[f64; D]> = self.fine_of.iter().map(at).collect();
-        let forces = |field: &[[f64; D]]| but_of(kept, self.restrict(stiffness.forces(field)));
+        let forces = |field: &[[f64; D]]| zero_kept(kept, self.restrict(stiffness.forces(field)));
         let lost = fine
             .iter()
             .zip(self.prolongate(&moved))
             .map(|(x, kept)| sub(x, &kept));
         let right = forces(&lost.collect::<Vec<_>>());
-        let shift = conjugate_gradients(&right, |field| forces(&self.prolongate(field)));
-        for (moved, shift) in moved.iter_mut().zip(&shift) {
-            add_scaled(moved, 1.0, shift);
+        let relaxation = conjugate_gradients(&right, |field| forces(&self.prolongate(field)));
+        for (moved, relaxation) in moved.iter_mut().zip(&relaxation) {
+            add_scaled(moved, 1.0, relaxation);
         }
         moved
     }
@@ -161,14 +161,14 @@ impl<'a, const D: usize> Prolongation<'a, D> {
 impl<const D: usize> Overlay<D> {
     /// Returns the displacements, m, that remove the deformation, for nodes that are not `kept` in
     /// place. They minimise the elastic energy, for small strain in a body with its mean rotation.
-    pub(crate) fn slack(
+    pub(crate) fn relaxation(
         &self,
         displacement: &[[f64; D]],
         kept: &[bool],
         lame: [f64; 2],
     ) -> Vec<[f64; D]> {
         let stiffness = Stiffness::new(self, displacement, lame);
-        let forces = |field: &[[f64; D]]| but_of(kept, stiffness.forces(field));
+        let forces = |field: &[[f64; D]]| zero_kept(kept, stiffness.forces(field));
         let turned = self.points.iter().map(|point| stiffness.turned(point));
         let unturned = displacement.iter().zip(&self.points).zip(turned);
         let back: Vec<[f64; D]> = unturned
@@ -179,7 +179,7 @@ impl<const D: usize> Overlay<D> {
 }
 
 /// Returns the forces with zeros at nodes that are `kept` in place.
-fn but_of<const D: usize>(kept: &[bool], mut forces: Vec<[f64; D]>) -> Vec<[f64; D]> {
+fn zero_kept<const D: usize>(kept: &[bool], mut forces: Vec<[f64; D]>) -> Vec<[f64; D]> {
     for (force, _) in forces.iter_mut().zip(kept).filter(|(_, kept)| **kept) {
         *force = [0.0; D];
     }
@@ -187,7 +187,7 @@ fn but_of<const D: usize>(kept: &[bool], mut forces: Vec<[f64; D]>) -> Vec<[f64;
 }
 
 /// Stress of rotation without strain, over that of shear strain.
-const TURN: f64 = 0.01;
+const ROTATION_STIFFNESS: f64 = 0.01;
 
 /// Linear stiffness of the elements of an overlay, rotated as a whole.
 struct Stiffness<'a, const D: usize> {
@@ -196,7 +196,7 @@ struct Stiffness<'a, const D: usize> {
     elements: Vec<(Vec<[f64; D]>, f64)>,
     lame: [f64; 2],
     /// Rotation of the body.
-    turn: DMatrix<f64>,
+    rotation: DMatrix<f64>,
 }
 
 impl<'a, const D: usize> Stiffness<'a, D> {
@@ -205,12 +205,12 @@ impl<'a, const D: usize> Stiffness<'a, D> {
         let mean = overlay.mean_gradient(displacement);
         let identity = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
         let deformation = DMatrix::from_fn(D, D, |i, j| identity(i, j) + mean[i][j]);
-        let turn = rotation(deformation);
+        let rotation = rotation(deformation);
         let mut stiffness = Self {
             overlay,
             elements: Vec::new(),
             lame,
-            turn,
+            rotation,
         };
         let elements = overlay.gradients().map(|(gradients, volume)| {
             let gradients = gradients.iter().map(|gradient| stiffness.turned(gradient));
@@ -222,7 +222,7 @@ impl<'a, const D: usize> Stiffness<'a, D> {
 
     /// Rotates a vector of the body at rest.
     fn turned(&self, vector: &[f64; D]) -> [f64; D] {
-        std::array::from_fn(|i| (0..D).map(|j| self.turn[(i, j)] * vector[j]).sum())
+        std::array::from_fn(|i| (0..D).map(|j| self.rotation[(i, j)] * vector[j]).sum())
     }
 
     /// Returns the nodal forces that maintain a field of displacements, N.
@@ -241,7 +241,7 @@ impl<'a, const D: usize> Stiffness<'a, D> {
             let stress: [[f64; D]; D] = std::array::from_fn(|i| {
                 std::array::from_fn(|j| {
                     let (one, other) = (gradient[i][j], gradient[j][i]);
-                    let shear = mu * (one + other) + TURN * mu * (one - other);
+                    let shear = mu * (one + other) + ROTATION_STIFFNESS * mu * (one - other);
                     if i == j { shear + pressure } else { shear }
                 })
             });
@@ -263,8 +263,8 @@ pub(super) fn rotation(deformation: DMatrix<f64>) -> DMatrix<f64> {
         return DMatrix::identity(size, size);
     }
     let parts = deformation.svd(true, true);
-    let turn = parts.u.zip(parts.v_t).map(|(u, v)| u * v);
-    turn.unwrap_or_else(|| DMatrix::identity(size, size))
+    let rotation = parts.u.zip(parts.v_t).map(|(u, v)| u * v);
+    rotation.unwrap_or_else(|| DMatrix::identity(size, size))
 }
 
 /// Relative residual at which conjugate gradients stop, and maximum steps per unknown.

@@ -57,20 +57,20 @@ impl RigidMotion {
 }
 
 impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> RigidModes<'a, D, M> {
-    /// Builds the modes about `centre` of a body whose components `held` are prescribed.
+    /// Builds the modes about `centre` of a body with these `prescribed` components.
     pub(crate) fn new(
         body: &'a MovingBody<'a, D, M>,
         centre: [f64; D],
-        held: &[[bool; D]],
+        prescribed: &[[bool; D]],
     ) -> Self {
         let arms: Vec<[f64; D]> = body.points.iter().map(|x| sub(x, &centre)).collect();
         let radius = arms.iter().map(norm).fold(0.0, f64::max);
-        let all = free(&RigidMotion::units::<D>(radius), &arms, held);
-        let field = |twist: &RigidMotion| {
-            let nodes = arms.iter().zip(held);
-            let velocity = nodes.map(|(arm, held)| {
-                let velocity = twist.at(arm);
-                std::array::from_fn(|c| if held[c] { 0.0 } else { velocity[c] })
+        let all = free(&RigidMotion::units::<D>(radius), &arms, prescribed);
+        let field = |mode: &RigidMotion| {
+            let nodes = arms.iter().zip(prescribed);
+            let velocity = nodes.map(|(arm, prescribed)| {
+                let velocity = mode.at(arm);
+                std::array::from_fn(|c| if prescribed[c] { 0.0 } else { velocity[c] })
             });
             velocity.collect::<Vec<[f64; D]>>()
         };
@@ -88,7 +88,7 @@ impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> RigidModes<'a, D
 
     /// Adds to `velocities` the motion that gives the body the momenta `wanted` about the centre,
     /// as far as it is free.
-    pub(crate) fn give_back(&self, velocities: &mut [[f64; D]], wanted: &RigidMomenta) {
+    pub(crate) fn restore_momenta(&self, velocities: &mut [[f64; D]], wanted: &RigidMomenta) {
         // The second pass corrects the round-off of the first.
         for _ in 0..2 {
             let now = self.body.momenta(velocities, &self.centre);
@@ -112,9 +112,7 @@ impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> RigidModes<'a, D
         };
         let rates = self.rates(&impulse);
         let speeds = rates.iter().zip(&self.all);
-        speeds
-            .map(|(rate, twist)| rate * twist.along(&impulse))
-            .sum()
+        speeds.map(|(rate, mode)| rate * mode.along(&impulse)).sum()
     }
 
     /// Returns the rate of each mode for these momenta.
@@ -122,7 +120,7 @@ impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> RigidModes<'a, D
         if self.all.is_empty() {
             return Vec::new();
         }
-        let along = self.all.iter().map(|twist| twist.along(momenta));
+        let along = self.all.iter().map(|mode| mode.along(momenta));
         let along = DVector::from_iterator(self.all.len(), along);
         let rates = self.inertia.clone().lu().solve(&along);
         rates.map_or_else(Vec::new, |rates| rates.iter().copied().collect())
@@ -134,11 +132,11 @@ impl<'a, const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> RigidModes<'a, D
 fn free<const D: usize>(
     units: &[RigidMotion],
     arms: &[[f64; D]],
-    held: &[[bool; D]],
+    prescribed: &[[bool; D]],
 ) -> Vec<RigidMotion> {
     let mut moved = DMatrix::zeros(units.len(), units.len());
-    for (arm, held) in arms.iter().zip(held) {
-        for c in (0..D).filter(|&c| held[c]) {
+    for (arm, prescribed) in arms.iter().zip(prescribed) {
+        for c in (0..D).filter(|&c| prescribed[c]) {
             let of_units = units.iter().map(|unit| unit.at(arm)[c]);
             let of_units = DVector::from_iterator(units.len(), of_units);
             moved += &of_units * of_units.transpose();
@@ -186,16 +184,16 @@ mod tests {
     #[test]
     fn what_is_pinned_turns_about_the_pin() {
         let body = body(&CORNERS);
-        let mut held = [[false; 2]; 4];
-        held[0] = [true; 2];
-        let modes = RigidModes::new(&body, [1.5, 2.0], &held);
+        let mut prescribed = [[false; 2]; 4];
+        prescribed[0] = [true; 2];
+        let modes = RigidModes::new(&body, [1.5, 2.0], &prescribed);
         // The moment of inertia about the pin is 9 + 25 + 16 kg m², the arm 4 m.
         let mobility = modes.mobility(&[3.0, 4.0], &[-1.0, 0.0]);
         assert!((mobility - 16.0 / 50.0).abs() < 1e-14, "{mobility}");
         let turned = [[0.0, 0.0], [0.0, 3.0], [-4.0, 3.0], [-4.0, 0.0]];
         let wanted = body.momenta(&turned, &[1.5, 2.0]);
         let mut velocities = [[0.0; 2]; 4];
-        modes.give_back(&mut velocities, &wanted);
+        modes.restore_momenta(&mut velocities, &wanted);
         for (velocity, turned) in velocities.iter().zip(&turned) {
             assert!(norm(&sub(velocity, turned)) < 1e-14, "{velocities:?}");
         }
@@ -204,10 +202,10 @@ mod tests {
     #[test]
     fn what_is_held_at_two_nodes_stays() {
         let body = body(&CORNERS);
-        let mut held = [[false; 2]; 4];
-        held[0] = [true; 2];
-        held[1] = [false, true];
-        let modes = RigidModes::new(&body, [1.5, 2.0], &held);
+        let mut prescribed = [[false; 2]; 4];
+        prescribed[0] = [true; 2];
+        prescribed[1] = [false, true];
+        let modes = RigidModes::new(&body, [1.5, 2.0], &prescribed);
         assert_eq!(modes.mobility(&[3.0, 4.0], &[0.0, 1.0]), 0.0);
     }
 

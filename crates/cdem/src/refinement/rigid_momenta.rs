@@ -71,7 +71,7 @@ impl<const D: usize, M: Fn(usize, &[[f64; D]]) -> [f64; D]> MovingBody<'_, D, M>
 
     /// Adds to `velocities` the rigid motion that gives the body the momenta `wanted` about its
     /// centre.
-    pub(crate) fn give_back(&self, velocities: &mut [[f64; D]], wanted: &RigidMomenta) {
+    pub(crate) fn restore_momenta(&self, velocities: &mut [[f64; D]], wanted: &RigidMomenta) {
         let (mass, centre) = self.centre();
         let arm = |node: usize| pad(&sub(&self.points[node], &centre));
         // The second pass corrects the round-off of the first.

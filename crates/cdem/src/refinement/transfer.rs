@@ -9,7 +9,7 @@ use crate::refinement::refined_block::RefinedBlock;
 
 /// Transfer from one mesh of a block to a finer or a coarser one.
 pub(crate) struct MeshTransfer<'a, const D: usize> {
-    nesting: Prolongation<'a, D>,
+    prolongation: Prolongation<'a, D>,
     is_finer: bool,
     /// λ and μ of the block, Pa.
     lame: [f64; 2],
@@ -28,9 +28,9 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
         };
         let [old, new] = [old, new].map(overlay);
         let to = |fine: Option<&'a _>, coarse, is_finer| {
-            let nesting = Prolongation::new(fine?, coarse)?;
+            let prolongation = Prolongation::new(fine?, coarse)?;
             Some(Self {
-                nesting,
+                prolongation,
                 is_finer,
                 lame,
             })
@@ -46,32 +46,32 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
     /// Transfers values that vary linearly between nodes.
     pub(crate) fn values<const C: usize>(&self, of: &[[f64; C]]) -> Vec<[f64; C]> {
         if self.is_finer {
-            self.nesting.prolongate(of)
+            self.prolongation.prolongate(of)
         } else {
-            self.nesting.pick(of)
+            self.prolongation.inject(of)
         }
     }
 
     /// Transfers velocities, m/s.
     pub(crate) fn velocities(&self, of: &[[f64; D]]) -> Vec<[f64; D]> {
         if self.is_finer {
-            self.nesting.grow(of)
+            self.prolongation.prolongate_with_shape_functions(of)
         } else {
-            self.nesting.pick(of)
+            self.prolongation.inject(of)
         }
     }
 
     /// Returns displacements on a finer mesh, m.
-    pub(crate) fn grown(&self, of: &[[f64; D]]) -> Vec<[f64; D]> {
-        self.nesting.grow(of)
+    pub(crate) fn prolongated_displacements(&self, of: &[[f64; D]]) -> Vec<[f64; D]> {
+        self.prolongation.prolongate_with_shape_functions(of)
     }
 
     /// Returns, for each node of a coarser mesh, true if it stays in place: nothing changes around
-    /// it, or a component of it is `held` (prescribed).
-    pub(crate) fn kept(&self, held: &[[bool; D]]) -> Vec<bool> {
-        let mut kept = self.nesting.stays();
-        for (kept, held) in kept.iter_mut().zip(self.nesting.pick(held)) {
-            *kept |= held.contains(&true);
+    /// it, or a component of it is `prescribed`.
+    pub(crate) fn kept(&self, prescribed: &[[bool; D]]) -> Vec<bool> {
+        let mut kept = self.prolongation.stays();
+        for (kept, prescribed) in kept.iter_mut().zip(self.prolongation.inject(prescribed)) {
+            *kept |= prescribed.contains(&true);
         }
         kept
     }
@@ -85,11 +85,11 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
         kept: &[bool],
         masses: [&[f64]; 2],
     ) -> Vec<[f64; D]> {
-        let mut moved = self.nesting.smooth(of, kept, self.lame);
+        let mut moved = self.prolongation.smooth(of, kept, self.lame);
         if !kept.contains(&true) {
-            let shift = sub(&mean(of, masses[0]), &mean(&moved, masses[1]));
+            let translation = sub(&mean(of, masses[0]), &mean(&moved, masses[1]));
             for moved in &mut moved {
-                add_scaled(moved, 1.0, &shift);
+                add_scaled(moved, 1.0, &translation);
             }
         }
         moved
@@ -98,7 +98,7 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
     /// Returns the moves of the nodes in a change to a coarser mesh with the displacements `after`,
     /// m.
     pub(crate) fn moves(&self, before: &[[f64; D]], after: &[[f64; D]]) -> Vec<[f64; D]> {
-        let after = self.nesting.prolongate(after);
+        let after = self.prolongation.prolongate(after);
         let moves = before.iter().zip(&after);
         moves.map(|(old, new)| sub(new, old)).collect()
     }
@@ -106,16 +106,16 @@ impl<'a, const D: usize> MeshTransfer<'a, D> {
     /// Transfers impulses, N·s: each stays at its node, or goes to the parents of a removed node.
     pub(crate) fn impulses(&self, of: &[[f64; D]]) -> Vec<[f64; D]> {
         if self.is_finer {
-            self.nesting.scatter(of)
+            self.prolongation.scatter(of)
         } else {
-            self.nesting.restrict(of.to_vec())
+            self.prolongation.restrict(of.to_vec())
         }
     }
 
     /// Transfers momenta, N·s, of removed nodes to their parents; only for a change to a coarser
     /// mesh.
-    pub(crate) fn gather(&self, of: Vec<[f64; D]>) -> Vec<[f64; D]> {
-        self.nesting.restrict(of)
+    pub(crate) fn restrict(&self, of: Vec<[f64; D]>) -> Vec<[f64; D]> {
+        self.prolongation.restrict(of)
     }
 }
 
@@ -135,7 +135,7 @@ struct ElementLineage {
 }
 
 /// Returns the elements of a block in order; `own` are its base elements.
-fn lines<const D: usize>(
+fn lineages<const D: usize>(
     own: Range<u32>,
     refined_block: Option<&RefinedBlock<D>>,
 ) -> Vec<ElementLineage> {
@@ -161,22 +161,22 @@ pub(crate) fn predecessors<const D: usize>(
     old: Option<&RefinedBlock<D>>,
     new: Option<&RefinedBlock<D>>,
 ) -> Vec<Vec<u32>> {
-    let (old, new) = (lines(own.clone(), old), lines(own, new));
+    let (old, new) = (lineages(own.clone(), old), lineages(own, new));
     let mut sorted: Vec<u32> = (0..old.len() as u32).collect();
-    let line = |number: u32| &old[number as usize];
-    sorted.sort_by_key(|&number| (line(number).root, line(number).lineage));
+    let old_element = |number: u32| &old[number as usize];
+    sorted.sort_by_key(|&number| (old_element(number).root, old_element(number).lineage));
     let found = new.iter().map(|new| {
-        let first = sorted.partition_point(|&number| line(number).root < new.root);
-        let end = sorted.partition_point(|&number| line(number).root <= new.root);
+        let first = sorted.partition_point(|&number| old_element(number).root < new.root);
+        let end = sorted.partition_point(|&number| old_element(number).root <= new.root);
         let of_root = &sorted[first..end];
         let Some(lineage) = new.lineage else {
             return of_root.to_vec();
         };
-        let after = of_root.partition_point(|&number| line(number).lineage < Some(lineage));
+        let after = of_root.partition_point(|&number| old_element(number).lineage < Some(lineage));
         let holds = |one: Option<&Lineage>, other: Option<&Lineage>| {
             one.is_some_and(|one| other.is_some_and(|other| one.holds(other)))
         };
-        let is_part = |number: &&u32| holds(Some(&lineage), line(**number).lineage.as_ref());
+        let is_part = |number: &&u32| holds(Some(&lineage), old_element(**number).lineage.as_ref());
         let parts: Vec<u32> = of_root[after..]
             .iter()
             .take_while(is_part)
@@ -186,7 +186,7 @@ pub(crate) fn predecessors<const D: usize>(
             return parts;
         }
         let before = after.checked_sub(1).map(|before| of_root[before]);
-        let is_whole = |number: &u32| holds(line(*number).lineage.as_ref(), Some(&lineage));
+        let is_whole = |number: &u32| holds(old_element(*number).lineage.as_ref(), Some(&lineage));
         match before.filter(is_whole) {
             Some(whole) => vec![whole],
             // Different pieces of the element, or the whole element.

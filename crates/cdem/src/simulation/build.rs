@@ -52,7 +52,7 @@ impl<const D: usize> Model<D> {
         let mut contacts = (mesh.blocks.len() > 1)
             .then(|| (space.surface)(&mesh, thickness, tolerance))
             .map(|surface| Contacts::new(scene, &mesh, surface, tolerance));
-        let second_scale = is_refined.then(|| {
+        let adaptivity = is_refined.then(|| {
             let levels = BaseLevels {
                 level: base_level.clone(),
                 step,
@@ -90,7 +90,7 @@ impl<const D: usize> Model<D> {
             model,
             state,
             contacts,
-            adaptivity: second_scale,
+            adaptivity,
         })
     }
 

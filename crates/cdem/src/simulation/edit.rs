@@ -136,7 +136,7 @@ impl<const D: usize> TypedSimulation<D> {
         let wanted: Vec<[f64; D]> = velocities.iter().map(|&v| truncate(&v)).collect();
         let before = self.energy();
         let now = self.instant();
-        self.run.shift_velocities(&now.state, &wanted);
+        self.run.set_velocities_at(&now.state, &wanted);
         self.instant = None;
         let after = self.energy();
         self.run.add_external_work(after - before);

@@ -75,12 +75,12 @@ pub struct CollisionOverview {
 
 impl<const D: usize> TypedSimulation<D> {
     pub(crate) fn foresee_collision(&self) -> Option<CollisionOverview> {
-        let foreseen = self.run.adaptivity.as_ref()?.foresee()?;
+        let estimate = self.run.adaptivity.as_ref()?.estimate_cost()?;
         Some(CollisionOverview {
-            block: self.run.model.mesh.blocks[foreseen.block].name.clone(),
+            block: self.run.model.mesh.blocks[estimate.block].name.clone(),
             speed: ASSUMED_SPEED,
-            elements: foreseen.elements,
-            updates_per_step: foreseen.updates,
+            elements: estimate.elements,
+            updates_per_step: estimate.updates,
         })
     }
 

@@ -6,37 +6,37 @@ use crate::element::{ElementSet, GroupNodes};
 use crate::math::adjacency::Adjacency;
 use crate::math::vector::add_scaled;
 
-/// For each node, the element impulses that act on it. A share is the impulse of a group on a node.
+/// For each node, the group impulses that act on it: impulses of element groups on a node.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Assembly {
-    /// First share of each set, and the total number.
+    /// First group impulse of each set, and the total number.
     sets: Vec<usize>,
-    /// Shares of each node, the finest level first.
-    shares: Adjacency<Share>,
+    /// Group impulses of each node, the finest level first.
+    group_impulses: Adjacency<GroupImpulse>,
 }
 
-/// A share of a node.
+/// A group impulse on a node.
 #[derive(Clone, Copy, Debug, Default)]
-struct Share {
-    /// Index among the shares of all sets.
+struct GroupImpulse {
+    /// Index among the group impulses of all sets.
     number: u32,
     /// Level of its group.
     level: u8,
 }
 
-/// A group that may be due, with the number of its first share.
-struct GroupShares<'a> {
+/// A group that may be due, with the number of its first group impulse.
+struct GroupRange<'a> {
     level: u8,
     nodes: &'a [u32],
     first: u32,
 }
 
-impl<'a> GroupShares<'a> {
-    /// Returns the nodes with their shares.
-    fn of_nodes(&self) -> impl Iterator<Item = (u32, Share)> + Clone + use<'a> {
+impl<'a> GroupRange<'a> {
+    /// Returns the nodes with their group impulses.
+    fn of_nodes(&self) -> impl Iterator<Item = (u32, GroupImpulse)> + Clone + use<'a> {
         let level = self.level;
-        let shares = (self.first..).map(move |number| Share { number, level });
-        self.nodes.iter().copied().zip(shares)
+        let group_impulses = (self.first..).map(move |number| GroupImpulse { number, level });
+        self.nodes.iter().copied().zip(group_impulses)
     }
 }
 
@@ -48,7 +48,7 @@ impl Assembly {
         for set in sets {
             for GroupNodes { level, nodes } in set.groups() {
                 let first = count as u32;
-                groups.extend(level.map(|level| GroupShares {
+                groups.extend(level.map(|level| GroupRange {
                     level,
                     nodes,
                     first,
@@ -60,36 +60,39 @@ impl Assembly {
         groups.sort_by_key(|group| Reverse(group.level));
         Self {
             sets: starts,
-            shares: Adjacency::of_pairs(groups.iter().flat_map(GroupShares::of_nodes), node_count),
+            group_impulses: Adjacency::of_pairs(
+                groups.iter().flat_map(GroupRange::of_nodes),
+                node_count,
+            ),
         }
     }
 
-    /// Returns the number of shares.
+    /// Returns the number of group impulses.
     pub(super) fn len(&self) -> usize {
         self.sets.last().copied().unwrap_or_default()
     }
 
-    /// Returns the shares of a set.
+    /// Returns the range of the group impulses of a set.
     pub(super) fn of_set(&self, set: usize) -> std::ops::Range<usize> {
         self.sets[set]..self.sets[set + 1]
     }
 
-    /// Sums, for consecutive nodes beginning with `first`, those `shares` that are of level
+    /// Sums, for consecutive nodes beginning with `first`, those `group_impulses` that are of level
     /// `coarsest` or finer.
     pub(super) fn sums<const D: usize>(
         &self,
         first: usize,
         coarsest: u8,
-        shares: &[[f64; D]],
+        group_impulses: &[[f64; D]],
         sums: &mut [[f64; D]],
     ) {
-        for (sum, own) in sums.iter_mut().zip(self.shares.lists_from(first)) {
+        for (sum, own) in sums.iter_mut().zip(self.group_impulses.lists_from(first)) {
             *sum = [0.0; D];
-            for share in own {
-                if share.level < coarsest {
+            for group_impulse in own {
+                if group_impulse.level < coarsest {
                     break;
                 }
-                add_scaled(sum, 1.0, &shares[share.number as usize]);
+                add_scaled(sum, 1.0, &group_impulses[group_impulse.number as usize]);
             }
         }
     }

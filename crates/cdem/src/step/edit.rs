@@ -10,12 +10,18 @@ impl<const D: usize> Run<D> {
     ///
     /// Velocities half a step before and after change by the same amount, so central differences
     /// continue unchanged. The change of momentum is booked as external.
-    pub(crate) fn shift_velocities(&mut self, now: &Synchronised<D>, wanted: &[[f64; D]]) {
+    pub(crate) fn set_velocities_at(&mut self, now: &Synchronised<D>, wanted: &[[f64; D]]) {
         let change = |(node, wanted): (usize, &[f64; D])| {
-            let held = self.model.inertia.prescribed(node);
+            let prescribed = self.model.inertia.prescribed(node);
             let is_fixed = self.model.is_fixed(node as u32);
             let change = sub(wanted, &now.velocity[node]);
-            std::array::from_fn(|c| if is_fixed || held[c] { 0.0 } else { change[c] })
+            std::array::from_fn(|c| {
+                if is_fixed || prescribed[c] {
+                    0.0
+                } else {
+                    change[c]
+                }
+            })
         };
         let changes: Vec<[f64; D]> = wanted.iter().enumerate().map(change).collect();
         for (node, change) in changes.iter().enumerate() {
@@ -33,9 +39,9 @@ impl<const D: usize> Run<D> {
     /// Changes the kind of a load from now on.
     pub(crate) fn set_load(&mut self, number: usize, kind: &LoadKind) {
         self.model.loads[number].set_kind(kind.clone());
-        if let Some(second) = &mut self.adaptivity {
+        if let Some(adaptivity) = &mut self.adaptivity {
             // A remesh rebuilds the loads from this scene.
-            second.base_model.scene.load[number].kind = kind.clone();
+            adaptivity.base_model.scene.load[number].kind = kind.clone();
         }
     }
 }

@@ -30,7 +30,7 @@ pub(crate) struct KickImpulses<const D: usize> {
     /// the next, by node.
     pub(crate) level_changes: Vec<(u32, [f64; D])>,
     /// Elastic and viscous impulses of the element groups on their nodes.
-    pub(super) shares: [Vec<[f64; D]>; 2],
+    pub(super) group_impulses: [Vec<[f64; D]>; 2],
     /// The forces that act in the kick.
     pub(super) acting: ActiveLoads,
     /// Nodes with loads.
@@ -50,7 +50,7 @@ impl<const D: usize> KickImpulses<D> {
             damping: zero(),
             contact: zero(),
             level_changes: Vec::new(),
-            shares: [Vec::new(), Vec::new()],
+            group_impulses: [Vec::new(), Vec::new()],
             acting: ActiveLoads::default(),
             loaded: Vec::new(),
             ledgers: Vec::new(),
@@ -73,12 +73,12 @@ impl<const D: usize> KickImpulses<D> {
     }
 
     /// Allocates the element impulses; viscous ones only if stiffness damping acts.
-    fn size_shares(&mut self, assembly: &Assembly) {
+    fn size_group_impulses(&mut self, assembly: &Assembly) {
         let count = assembly.len();
         let is_damped = self.acting.stiffness_damping;
         let counts = [count, if is_damped { count } else { 0 }];
-        for (shares, count) in self.shares.iter_mut().zip(counts) {
-            shares.resize(count, [0.0; D]);
+        for (group_impulses, count) in self.group_impulses.iter_mut().zip(counts) {
+            group_impulses.resize(count, [0.0; D]);
         }
     }
 
@@ -156,13 +156,13 @@ impl<const D: usize> Model<D> {
         impulses: &mut KickImpulses<D>,
         substep: &Substep,
     ) {
-        if !substep.plan.is_steady {
+        if !substep.schedule.is_steady {
             take_intervals(state, substep);
         }
         impulses.acting = self.acting(substep.time);
-        impulses.size_shares(&substep.plan.assembly);
+        impulses.size_group_impulses(&substep.schedule.assembly);
         self.kick_elements(state, velocity, impulses, substep);
-        self.push(state, impulses, substep);
+        self.add_loads(state, impulses, substep);
         self.kick_nodes(state, velocity, impulses, substep);
         self.prescribe(state, velocity, substep);
     }
@@ -175,17 +175,17 @@ impl<const D: usize> Model<D> {
         impulses: &mut KickImpulses<D>,
         substep: &Substep,
     ) {
-        let intervals =
-            (!substep.plan.is_settled).then(|| self.element_intervals(state, impulses, substep));
+        let intervals = (!substep.schedule.is_settled)
+            .then(|| self.element_intervals(state, impulses, substep));
         let due = substep.due(intervals.as_deref());
-        let assembly = &substep.plan.assembly;
+        let assembly = &substep.schedule.assembly;
         for (number, set) in self.sets.iter_mut().enumerate() {
             let own = assembly.of_set(number);
-            let shares = impulses.shares.each_mut().map(|shares| {
-                let end = shares.len();
-                &mut shares[own.start.min(end)..own.end.min(end)]
+            let group_impulses = impulses.group_impulses.each_mut().map(|group_impulses| {
+                let end = group_impulses.len();
+                &mut group_impulses[own.start.min(end)..own.end.min(end)]
             });
-            set.kick(&due, [&state.displacement, velocity], shares);
+            set.kick(&due, [&state.displacement, velocity], group_impulses);
         }
     }
 
@@ -225,7 +225,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Adds the impulses of loads.
-    fn push(&self, state: &State<D>, impulses: &mut KickImpulses<D>, substep: &Substep) {
+    fn add_loads(&self, state: &State<D>, impulses: &mut KickImpulses<D>, substep: &Substep) {
         let at = self.positions(state);
         for load in &self.loads {
             load.forces(
@@ -263,8 +263,8 @@ impl<const D: usize> Model<D> {
                     KickPurpose::Report => {
                         let now = VelocityTime::Instant(substep.time);
                         motion.set_velocity(now, &position, &mut wanted);
-                        for (c, held) in motion.components::<D>().into_iter().enumerate() {
-                            if held {
+                        for (c, is_prescribed) in motion.components::<D>().into_iter().enumerate() {
+                            if is_prescribed {
                                 wanted[c] = 2.0 * wanted[c] - state.velocity[n][c];
                             }
                         }
@@ -327,19 +327,19 @@ impl<const D: usize> Model<D> {
                 end,
                 gravity: self.gravity_at(substep.time),
             };
-            let book = |row: &Range<u32>| {
+            let book = |range: &Range<u32>| {
                 let mut ledger = Ledger::default();
-                for n in row.start as usize..row.end as usize {
+                for n in range.start as usize..range.end as usize {
                     work.book(n, &mut ledger);
                 }
                 ledger
             };
-            let rows = substep.rows();
-            let nodes = rows.iter().map(Range::len).sum::<usize>().max(1);
+            let ranges = substep.ranges();
+            let nodes = ranges.iter().map(Range::len).sum::<usize>().max(1);
             // With many levels the node ranges are short.
-            let at_once = (rows.len() * NODES_AT_ONCE / (2 * nodes)).max(1);
-            let rows = rows.par_iter().with_min_len(at_once);
-            rows.map(book).collect_into_vec(&mut ledgers);
+            let at_once = (ranges.len() * NODES_AT_ONCE / (2 * nodes)).max(1);
+            let ranges = ranges.par_iter().with_min_len(at_once);
+            ranges.map(book).collect_into_vec(&mut ledgers);
             ledgers.iter().for_each(|part| ledger.add(1.0, part));
         }
         for (_, energy) in kick.made_by_levels(before, after) {
@@ -349,10 +349,10 @@ impl<const D: usize> Model<D> {
         for node in substep.prescribed() {
             let n = node as usize;
             let [old, new] = [before, after].map(|v| self.inertia.momentum(n, v));
-            let holds = self.inertia.prescribed(n);
+            let prescribed = self.inertia.prescribed(n);
             let reaction = std::array::from_fn(|c| {
                 let given = kick.total[n][c] + kick.contact[n][c];
-                if holds[c] {
+                if prescribed[c] {
                     new[c] - old[c] - given
                 } else {
                     0.0

@@ -188,11 +188,11 @@ fn spectral_radius(scene: &Scene, amplitude: f64) -> (f64, usize) {
         // Opposite signs cancel terms that are quadratic in the amplitude.
         for sign in [1.0, -1.0] {
             let mut run = run_of(scene);
-            let (state, plan) = (&mut run.state, &run.workspace.schedule);
+            let (state, schedule) = (&mut run.state, &run.workspace.schedule);
             let step = run.model.step;
             let length = |level: &u8| step / f64::from(1_u32 << level);
-            state.node_interval = plan.levels.node.iter().map(length).collect();
-            state.element_interval = plan.levels.element.iter().map(length).collect();
+            state.node_interval = schedule.levels.node.iter().map(length).collect();
+            state.element_interval = schedule.levels.element.iter().map(length).collect();
             state.number = 1;
             let place = free[column % size];
             let field = if column < size {

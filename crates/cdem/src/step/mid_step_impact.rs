@@ -31,7 +31,7 @@ const ELEMENTS_PER_TASK: usize = 128;
 /// The data of the blocks that a touch needs.
 pub(crate) struct MidStepImpact<'a, const D: usize> {
     pub(crate) sets: &'a [Box<dyn ElementSet<D>>],
-    pub(crate) place: &'a ElementNumbering,
+    pub(crate) numbering: &'a ElementNumbering,
     pub(crate) elements: &'a [Element],
     pub(crate) around: &'a Adjacency,
     pub(crate) inertia: &'a InverseMass<D>,
@@ -58,7 +58,7 @@ pub(crate) struct TouchedElements<const D: usize> {
 struct ElementPart<const D: usize> {
     element: u32,
     /// c, s².
-    share: f64,
+    coefficient: f64,
     /// f, N, and p, N·s.
     force: PaddedNodal<D>,
     impulse: PaddedNodal<D>,
@@ -120,8 +120,8 @@ impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
             [
                 product(&part.impulse, &part.velocity[1]),
                 product(&part.impulse, &change),
-                -part.share * product(&part.rate[1], &change),
-                -part.share * product(&rate, &change),
+                -part.coefficient * product(&part.rate[1], &change),
+                -part.coefficient * product(&rate, &change),
             ]
         };
         let sum = |sum: [f64; 4], terms: [f64; 4]| std::array::from_fn(|i| sum[i] + terms[i]);
@@ -145,7 +145,8 @@ impl<const D: usize> BodyCoupling<D> for MidStepImpact<'_, D> {
             let after = self.velocities(part.element, now);
             let rate = self.force_rate(part.element, &after, now);
             let mut recovered = [0.0; 1 + MAX_NODES];
-            recovered[0] = part.share * (product(&rate, &after) - product(&part.rate[0], before));
+            recovered[0] =
+                part.coefficient * (product(&rate, &after) - product(&part.rate[0], before));
             for k in 0..MAX_NODES {
                 recovered[1 + k] = timing * dot(&part.force[k], &sub(&after[k], &before[k]))
                     + 0.5 * factor * dot(&part.impulse[k], &add(&before[k], &after[k]));
@@ -210,7 +211,8 @@ impl<const D: usize> MidStepImpact<'_, D> {
             self.levels.element[e as usize] == level
                 && nodes.all(|&node| {
                     self.levels.node[node as usize] == level
-                        && (!jump.taken[node as usize] || jump.nodes.binary_search(&node).is_ok())
+                        && (!jump.in_island[node as usize]
+                            || jump.nodes.binary_search(&node).is_ok())
                 })
         });
     }
@@ -235,12 +237,12 @@ impl<const D: usize> MidStepImpact<'_, D> {
         remaining: f64,
     ) -> ElementPart<D> {
         let zero = [[0.0; D]; MAX_NODES];
-        let (set, i) = self.place.of(element as usize);
+        let (set, i) = self.numbering.of(element as usize);
         let force = self.sets[set].force(i, motion.displacement);
         let after = self.velocities(element, motion);
         ElementPart {
             element,
-            share: 0.5 * remaining * (self.interval[element as usize] - remaining),
+            coefficient: 0.5 * remaining * (self.interval[element as usize] - remaining),
             force,
             impulse: zero,
             velocity: [zero, after],
@@ -253,7 +255,7 @@ impl<const D: usize> MidStepImpact<'_, D> {
         part.velocity[0] = self.velocities(part.element, motion);
         part.rate[0] = self.force_rate(part.element, &part.velocity[0], motion);
         for k in 0..MAX_NODES {
-            part.impulse[k] = scale(part.share, &sub(&part.rate[0][k], &part.rate[1][k]));
+            part.impulse[k] = scale(part.coefficient, &sub(&part.rate[0][k], &part.rate[1][k]));
         }
     }
 
@@ -274,7 +276,7 @@ impl<const D: usize> MidStepImpact<'_, D> {
         velocity: &PaddedNodal<D>,
         motion: &NodalMotion<D>,
     ) -> PaddedNodal<D> {
-        let (set, i) = self.place.of(element as usize);
+        let (set, i) = self.numbering.of(element as usize);
         self.sets[set].force_rate(i, motion.displacement, velocity)
     }
 }

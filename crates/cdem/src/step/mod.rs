@@ -94,9 +94,9 @@ impl<const D: usize> Run<D> {
     /// before the first step.
     pub(crate) fn set_velocities(&mut self, field: &dyn Fn([f64; 3]) -> [f64; 3]) {
         for (node, velocity) in self.state.velocity.iter_mut().enumerate() {
-            let held = self.model.inertia.prescribed(node);
+            let prescribed = self.model.inertia.prescribed(node);
             let wanted = field(pad(&self.model.mesh.nodes[node]));
-            for c in (0..D).filter(|&c| !held[c]) {
+            for c in (0..D).filter(|&c| !prescribed[c]) {
                 velocity[c] = wanted[c];
             }
         }
@@ -111,19 +111,19 @@ impl<const D: usize> Run<D> {
             self.state.node_impulse[node as usize] = [0.0; D];
         }
         self.workspace.touched_nodes.clear();
-        let mut plan = std::mem::take(&mut self.workspace.schedule);
+        let mut schedule = std::mem::take(&mut self.workspace.schedule);
         let start = self.time();
-        let was_settled = plan.is_settled;
+        let was_settled = schedule.is_settled;
         if self.state.number == 0 {
-            self.collide_initial(&plan.substep(0, self.model.step, start));
+            self.collide_initial(&schedule.substep(0, self.model.step, start));
         }
-        for number in 0..1_u32 << plan.finest {
-            let substep = plan.substep(number, self.model.step, start);
+        for number in 0..1_u32 << schedule.finest {
+            let substep = schedule.substep(number, self.model.step, start);
             self.substep(&substep);
-            plan.is_settled = true;
+            schedule.is_settled = true;
         }
-        plan.is_steady = was_settled;
-        self.workspace.schedule = plan;
+        schedule.is_steady = was_settled;
+        self.workspace.schedule = schedule;
         self.state.number += 1;
         if let Some(contacts) = &mut self.contacts {
             contacts.end_step(self.model.step);
@@ -172,6 +172,7 @@ impl<const D: usize> Run<D> {
         }
     }
 
+    /// Groups the pairs into islands.
     fn group_contacts(&mut self) {
         let Some(contacts) = &mut self.contacts else {
             return;
@@ -221,23 +222,27 @@ impl<const D: usize> Run<D> {
             blocks.iter().map(energy).collect()
         };
         let before = strain_energies(self);
-        for (node, shift) in &moves {
+        for (node, displacement_correction) in &moves {
             let n = *node as usize;
             let weight = scale(self.model.inertia.mass()[n], &gravity);
-            let work = dot(&weight, shift);
+            let work = dot(&weight, displacement_correction);
             self.state.ledger.gravity_work += work;
             self.state.ledger.correction_loss += work;
             let momentum = self.model.inertia.momentum(n, &self.state.velocity);
-            let turn = cross(&pad(shift), &pad(&momentum));
+            let turn = cross(&pad(displacement_correction), &pad(&momentum));
             add_scaled(&mut self.state.corrections.angular_momentum, 1.0, &turn);
-            add_scaled(&mut self.state.displacement[n], 1.0, shift);
+            add_scaled(
+                &mut self.state.displacement[n],
+                1.0,
+                displacement_correction,
+            );
         }
         self.state.corrections.count += 1;
         let after = strain_energies(self);
         for (&block, (old, new)) in blocks.iter().zip(before.iter().zip(&after)) {
             self.state.ledger.correction_loss += old - new;
-            if let Some(second) = &mut self.adaptivity {
-                second.add_energy_debt(block, new - old);
+            if let Some(adaptivity) = &mut self.adaptivity {
+                adaptivity.add_energy_debt(block, new - old);
             }
         }
     }
@@ -265,7 +270,7 @@ impl<const D: usize> Run<D> {
 
     /// Solves the impacts of pairs that are closed at t = 0 and approach, before the first kick.
     fn collide_initial(&mut self, first: &Substep) {
-        self.note_prescribed(first);
+        self.store_prescribed_momenta(first);
         let Some(contacts) = &mut self.contacts else {
             return;
         };
@@ -281,6 +286,7 @@ impl<const D: usize> Run<D> {
             .add_impulses(&self.model, &received, touched_nodes);
     }
 
+    /// Runs one substep: kick, contact, ledger, drift.
     fn substep(&mut self, substep: &Substep) {
         let mut velocity = std::mem::take(&mut self.state.velocity);
         self.model.kick(
@@ -306,13 +312,13 @@ impl<const D: usize> Run<D> {
             after: velocity,
         };
         self.model.book_kick(velocities, impulses, substep, ledger);
-        if let Some(second) = &mut self.adaptivity {
+        if let Some(adaptivity) = &mut self.adaptivity {
             for (node, energy) in self
                 .workspace
                 .impulses
                 .made_by_levels(&self.state.last_kick.velocity_before, &self.state.velocity)
             {
-                second.add_energy_debt(self.model.block_of[node as usize] as usize, energy);
+                adaptivity.add_energy_debt(self.model.block_of[node as usize] as usize, energy);
             }
         }
         self.workspace.impulses.clear();
@@ -369,18 +375,21 @@ impl<const D: usize> Run<D> {
     /// Drifts the nodes: those in islands from touch to touch, the others freely.
     fn drift(&mut self, substep: &Substep) {
         if self.contacts.is_some() {
-            self.note_prescribed(substep);
+            self.store_prescribed_momenta(substep);
         }
         let (model, state) = (&mut self.model, &mut self.state);
         let contacts = self.contacts.as_ref();
         let is_free = |node| !contacts.is_some_and(|contacts| contacts.moves_node(node));
         let velocity = &state.velocity;
         let moved = [&mut *state.displacement, &mut state.compensation];
-        substep.each_row(moved, &|first, [displacement, carry]| {
-            let row = displacement.iter_mut().zip(carry).zip(&velocity[first..]);
-            for (((displacement, carry), velocity), node) in row.zip(first as u32..) {
+        substep.each_range(moved, &|first, [displacement, compensation]| {
+            let range = displacement
+                .iter_mut()
+                .zip(compensation)
+                .zip(&velocity[first..]);
+            for (((displacement, compensation), velocity), node) in range.zip(first as u32..) {
                 if is_free(node) {
-                    drift_node(displacement, carry, velocity, substep.duration(node));
+                    drift_node(displacement, compensation, velocity, substep.duration(node));
                 }
             }
         });
@@ -390,11 +399,11 @@ impl<const D: usize> Run<D> {
         self.watch.lap(Stage::Motion);
         let split = MidStepImpact {
             sets: &model.sets,
-            place: &model.numbering,
+            numbering: &model.numbering,
             elements: &model.mesh.elements,
             around: &self.workspace.adjacency,
             inertia: &model.inertia,
-            levels: &substep.plan.levels,
+            levels: &substep.schedule.levels,
             interval: &state.element_interval,
         };
         let mut motion = NodalMotion {
@@ -425,7 +434,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// Stores the momenta of the prescribed nodes before a drift.
-    fn note_prescribed(&mut self, substep: &Substep) {
+    fn store_prescribed_momenta(&mut self, substep: &Substep) {
         let (inertia, velocity) = (&self.model.inertia, &self.state.velocity);
         let momenta = substep
             .prescribed()
@@ -435,7 +444,7 @@ impl<const D: usize> Run<D> {
     }
 
     /// Books the reactions of prescribed nodes in a drift: the change of momentum since
-    /// [`Self::note_prescribed`] that the impulses in `given` do not explain.
+    /// [`Self::store_prescribed_momenta`] that the impulses in `given` do not explain.
     fn book_reactions(&mut self, substep: &Substep, given: &[(u32, [f64; D])]) {
         debug_assert_eq!(
             substep.prescribed().count(),
@@ -452,9 +461,14 @@ impl<const D: usize> Run<D> {
         for (node, old) in substep.prescribed().zip(&self.workspace.prescribed_momenta) {
             let change = sub(&inertia.momentum(node as usize, &self.state.velocity), old);
             let known = self.workspace.impulses.contact[node as usize];
-            let held = inertia.prescribed(node as usize);
-            let reaction =
-                std::array::from_fn(|c| if held[c] { change[c] - known[c] } else { 0.0 });
+            let prescribed = inertia.prescribed(node as usize);
+            let reaction = std::array::from_fn(|c| {
+                if prescribed[c] {
+                    change[c] - known[c]
+                } else {
+                    0.0
+                }
+            });
             let velocity = &self.state.velocity[node as usize];
             self.state
                 .ledger

@@ -15,7 +15,7 @@ struct NodalForces<'a, const D: usize> {
     assembly: &'a Assembly,
     /// The coarsest level that is due, and the impulses of the element groups, elastic and viscous.
     coarsest: u8,
-    shares: &'a [Vec<[f64; D]>; 2],
+    group_impulses: &'a [Vec<[f64; D]>; 2],
     /// Kick interval of each node, s.
     interval: &'a [f64],
     /// Impulses of loads, N·s.
@@ -25,7 +25,7 @@ struct NodalForces<'a, const D: usize> {
 }
 
 /// The output of a kick for consecutive nodes, beginning with `first`.
-struct NodeRow<'a, const D: usize> {
+struct NodeRangeOutput<'a, const D: usize> {
     first: usize,
     /// Sum of all impulses except contact, viscous impulses, and those of damping, N·s.
     total: &'a mut [[f64; D]],
@@ -38,49 +38,49 @@ struct NodeRow<'a, const D: usize> {
 
 impl<const D: usize> NodalForces<'_, D> {
     /// Sums the impulses on the nodes, and stores the velocities before the kick.
-    fn act(&self, row: &mut NodeRow<D>) {
-        let [elastic, viscous] = self.shares;
-        row.before.copy_from_slice(row.velocity);
+    fn sum_impulses(&self, output: &mut NodeRangeOutput<D>) {
+        let [elastic, viscous] = self.group_impulses;
+        output.before.copy_from_slice(output.velocity);
         self.assembly
-            .sums(row.first, self.coarsest, elastic, row.total);
+            .sums(output.first, self.coarsest, elastic, output.total);
         if self.acting.stiffness_damping {
             self.assembly
-                .sums(row.first, self.coarsest, viscous, row.viscous);
-            for (total, viscous) in row.total.iter_mut().zip(&*row.viscous) {
+                .sums(output.first, self.coarsest, viscous, output.viscous);
+            for (total, viscous) in output.total.iter_mut().zip(&*output.viscous) {
                 add_scaled(total, 1.0, viscous);
             }
         }
         if self.acting.loads {
-            for (total, load) in row.total.iter_mut().zip(&self.load[row.first..]) {
+            for (total, load) in output.total.iter_mut().zip(&self.load[output.first..]) {
                 add_scaled(total, 1.0, load);
             }
         }
         if self.acting.gravity {
-            let mass = &self.model.inertia.mass()[row.first..];
-            let heavy = mass.iter().zip(&self.interval[row.first..]);
-            for (total, (mass, interval)) in row.total.iter_mut().zip(heavy) {
+            let mass = &self.model.inertia.mass()[output.first..];
+            let heavy = mass.iter().zip(&self.interval[output.first..]);
+            for (total, (mass, interval)) in output.total.iter_mut().zip(heavy) {
                 add_scaled(total, mass * interval, &self.gravity);
             }
         }
         if self.acting.mass_damping || self.acting.local_damping {
-            row.damping.fill([0.0; D]);
+            output.damping.fill([0.0; D]);
         }
         if self.acting.local_damping {
-            self.oppose(row);
+            self.add_local_damping(output);
         }
     }
 
     /// Adds local damping after Cundall: it opposes the velocity with a fraction of the unbalanced
     /// force. The contact force in it is that of the last kick.
-    fn oppose(&self, row: &mut NodeRow<D>) {
-        for (k, total) in row.total.iter_mut().enumerate() {
-            let n = row.first + k;
+    fn add_local_damping(&self, output: &mut NodeRangeOutput<D>) {
+        for (k, total) in output.total.iter_mut().enumerate() {
+            let n = output.first + k;
             let local = self.model.damping_of(n).local;
             if local > 0.0 {
                 for c in 0..D {
                     let unbalanced = total[c] + self.contact_force[n][c] * self.interval[n];
-                    let damping = -local * unbalanced.abs() * sign(row.velocity[k][c]);
-                    row.damping[k][c] += damping;
+                    let damping = -local * unbalanced.abs() * sign(output.velocity[k][c]);
+                    output.damping[k][c] += damping;
                     total[c] += damping;
                 }
             }
@@ -91,14 +91,14 @@ impl<const D: usize> NodalForces<'_, D> {
     /// which come later, account for it in their [`Mobility`].
     ///
     /// [`Mobility`]: crate::model::inverse_mass::KickMobility
-    fn damp(&self, row: &mut NodeRow<D>) {
-        let velocities = row.velocity.iter_mut().zip(&*row.before);
-        for (n, (velocity, before)) in (row.first..).zip(velocities) {
+    fn apply_mass_damping(&self, output: &mut NodeRangeOutput<D>) {
+        let velocities = output.velocity.iter_mut().zip(&*output.before);
+        for (n, (velocity, before)) in (output.first..).zip(velocities) {
             let alpha = self.model.damping_of(n).mass;
             if alpha > 0.0 {
-                let share = 0.5 * alpha * self.interval[n];
+                let factor = 0.5 * alpha * self.interval[n];
                 for c in 0..D {
-                    velocity[c] = (velocity[c] - share * before[c]) / (1.0 + share);
+                    velocity[c] = (velocity[c] - factor * before[c]) / (1.0 + factor);
                 }
             }
         }
@@ -120,9 +120,9 @@ impl<const D: usize> Model<D> {
             model: self,
             acting,
             gravity: self.gravity_at(substep.time),
-            assembly: &substep.plan.assembly,
+            assembly: &substep.schedule.assembly,
             coarsest: substep.coarsest,
-            shares: &impulses.shares,
+            group_impulses: &impulses.group_impulses,
             interval: &state.last_kick.interval,
             load: &impulses.load,
             contact_force: &state.contact_force,
@@ -134,10 +134,10 @@ impl<const D: usize> Model<D> {
             &mut state.last_kick.velocity_before,
             velocity,
         ];
-        substep.each_row(
+        substep.each_range(
             arrays,
             &|first, [total, viscous, damping, before, velocity]| {
-                let mut row = NodeRow {
+                let mut output = NodeRangeOutput {
                     first,
                     total,
                     viscous,
@@ -145,10 +145,10 @@ impl<const D: usize> Model<D> {
                     before,
                     velocity,
                 };
-                nodal.act(&mut row);
-                self.inertia.kick(first, row.total, row.velocity);
+                nodal.sum_impulses(&mut output);
+                self.inertia.kick(first, output.total, output.velocity);
                 if acting.mass_damping {
-                    nodal.damp(&mut row);
+                    nodal.apply_mass_damping(&mut output);
                 }
             },
         );
@@ -172,12 +172,12 @@ impl<const D: usize> Model<D> {
             if alpha == 0.0 {
                 return;
             }
-            let share = 0.5 * alpha * last_kick.interval[n];
+            let factor = 0.5 * alpha * last_kick.interval[n];
             let momenta = self.inertia.weighted(n, |other| {
                 add(&last_kick.velocity_before[other], &after[other])
             });
             for sum in sums {
-                add_scaled(sum, -share, &momenta);
+                add_scaled(sum, -factor, &momenta);
             }
         });
     }

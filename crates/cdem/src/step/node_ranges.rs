@@ -7,7 +7,7 @@ use crate::model::time_levels::MAX_LEVEL;
 
 /// Maximum number of nodes of a range, except for nodes that must stay together. The kick data of a
 /// range fits into the first-level cache of a core.
-pub(super) const ROW: usize = NODES_AT_ONCE / 16;
+pub(super) const MAX_RANGE: usize = NODES_AT_ONCE / 16;
 
 /// For each level, the nodes of that level or a finer one, as ranges of consecutive nodes.
 #[derive(Clone, Debug, Default)]
@@ -28,13 +28,13 @@ impl NodeRanges {
         for node in active {
             let count = all.of_level.len().max(levels[node] as usize + 1);
             all.of_level.resize(count, Vec::new());
-            for rows in &mut all.of_level[..=levels[node] as usize] {
-                let follows = |row: &&mut Range<u32>| {
-                    row.end as usize == node && (row.len() < ROW || !may_begin(node))
+            for ranges in &mut all.of_level[..=levels[node] as usize] {
+                let follows = |range: &&mut Range<u32>| {
+                    range.end as usize == node && (range.len() < MAX_RANGE || !may_begin(node))
                 };
-                match rows.last_mut().filter(follows) {
-                    Some(row) => row.end += 1,
-                    None => rows.push(node as u32..node as u32 + 1),
+                match ranges.last_mut().filter(follows) {
+                    Some(range) => range.end += 1,
+                    None => ranges.push(node as u32..node as u32 + 1),
                 }
             }
         }
@@ -57,29 +57,29 @@ impl NodeRanges {
 
 /// Applies `work` to each range of nodes and its part of the arrays, on all threads. The arrays
 /// begin with the node `first`.
-pub(super) fn each_row<T: Send, const N: usize>(
-    rows: &[Range<u32>],
+pub(super) fn each_range<T: Send, const N: usize>(
+    ranges: &[Range<u32>],
     first: usize,
     mut arrays: [&mut [T]; N],
     work: &(impl Fn(usize, [&mut [T]; N]) + Sync),
 ) {
-    let count = rows.iter().map(Range::len).sum::<usize>();
-    if rows.len() > 1 && count > NODES_AT_ONCE {
-        let (left, right) = rows.split_at(rows.len() / 2);
+    let count = ranges.iter().map(Range::len).sum::<usize>();
+    if ranges.len() > 1 && count > NODES_AT_ONCE {
+        let (left, right) = ranges.split_at(ranges.len() / 2);
         let middle = right[0].start as usize;
         let mut halves = arrays.map(|array| array.split_at_mut(middle - first));
         let of_left = halves.each_mut().map(|half| std::mem::take(&mut half.0));
         let of_right = halves.map(|half| half.1);
         rayon::join(
-            || each_row(left, first, of_left, work),
-            || each_row(right, middle, of_right, work),
+            || each_range(left, first, of_left, work),
+            || each_range(right, middle, of_right, work),
         );
         return;
     }
-    for row in rows {
-        let own = row.start as usize - first..row.end as usize - first;
+    for range in ranges {
+        let own = range.start as usize - first..range.end as usize - first;
         let own = arrays.each_mut().map(|array| &mut array[own.clone()]);
-        work(row.start as usize, own);
+        work(range.start as usize, own);
     }
 }
 
@@ -98,11 +98,14 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_short_but_for_what_stays_together() {
-        let levels = vec![0; 3 * ROW];
-        let all = NodeRanges::new(&levels, |_| true, |node| node % (ROW + 1) == 0);
-        let (one, other) = (ROW as u32 + 1, 2 * (ROW as u32 + 1));
-        assert_eq!(all.due(0), [0..one, one..other, other..3 * ROW as u32]);
+    fn ranges_are_short_but_for_what_stays_together() {
+        let levels = vec![0; 3 * MAX_RANGE];
+        let all = NodeRanges::new(&levels, |_| true, |node| node % (MAX_RANGE + 1) == 0);
+        let (one, other) = (MAX_RANGE as u32 + 1, 2 * (MAX_RANGE as u32 + 1));
+        assert_eq!(
+            all.due(0),
+            [0..one, one..other, other..3 * MAX_RANGE as u32]
+        );
     }
 
     #[test]
@@ -115,7 +118,7 @@ mod tests {
             let mut numbers: Vec<usize> = (0..levels.len()).collect();
             let mut counts = vec![0; levels.len()];
             let arrays = [&mut *numbers, &mut *counts];
-            each_row(all.due(coarsest), 0, arrays, &|first, [own, counts]| {
+            each_range(all.due(coarsest), 0, arrays, &|first, [own, counts]| {
                 for (node, (own, count)) in (first..).zip(own.iter().zip(counts)) {
                     assert_eq!(node, *own);
                     *count += 1;

@@ -10,7 +10,7 @@ use crate::model::time_levels::{Levels, MAX_LEVEL};
 use crate::model::{Model, State};
 use crate::step::assembly::Assembly;
 use crate::step::kick::KickPurpose;
-use crate::step::node_ranges::{NodeRanges, each_row};
+use crate::step::node_ranges::{NodeRanges, each_range};
 
 /// The kick schedule that holds until the levels change.
 #[derive(Clone, Debug, Default)]
@@ -32,7 +32,7 @@ pub(crate) struct KickSchedule {
 
 /// One substep of the schedule.
 pub(crate) struct Substep<'a> {
-    pub(super) plan: &'a KickSchedule,
+    pub(super) schedule: &'a KickSchedule,
     /// The coarsest level that is due.
     pub(super) coarsest: u8,
     /// Interval of each level, s.
@@ -46,17 +46,17 @@ pub(crate) struct Substep<'a> {
 
 impl Substep<'_> {
     /// Returns the nodes that are due, as ranges of consecutive nodes.
-    pub(super) fn rows(&self) -> &[Range<u32>] {
-        self.plan.nodes.due(self.coarsest)
+    pub(super) fn ranges(&self) -> &[Range<u32>] {
+        self.schedule.nodes.due(self.coarsest)
     }
 
     /// Applies `work` to each range of due nodes and its part of the nodal arrays, on all threads.
-    pub(super) fn each_row<T: Send, const N: usize>(
+    pub(super) fn each_range<T: Send, const N: usize>(
         &self,
         arrays: [&mut [T]; N],
         work: &(impl Fn(usize, [&mut [T]; N]) + Sync),
     ) {
-        each_row(self.rows(), 0, arrays, work);
+        each_range(self.ranges(), 0, arrays, work);
     }
 
     /// Applies `work` to each due node and its entries of the arrays.
@@ -65,16 +65,18 @@ impl Substep<'_> {
         arrays: [&mut [T]; N],
         work: &(impl Fn(usize, [&mut T; N]) + Sync),
     ) {
-        self.each_row(arrays, &|first, mut row| {
-            for k in 0..row[0].len() {
-                work(first + k, row.each_mut().map(|own| &mut own[k]));
+        self.each_range(arrays, &|first, mut slices| {
+            for k in 0..slices[0].len() {
+                work(first + k, slices.each_mut().map(|own| &mut own[k]));
             }
         });
     }
 
     /// Returns the number of elements that are due.
     pub(crate) fn element_count(&self) -> u64 {
-        self.plan.elements[self.coarsest as usize..].iter().sum()
+        self.schedule.elements[self.coarsest as usize..]
+            .iter()
+            .sum()
     }
 
     /// Returns the elements that are due, over the given element intervals, s, or else over those
@@ -89,19 +91,19 @@ impl Substep<'_> {
 
     /// Returns the prescribed nodes of moving blocks that are due.
     pub(crate) fn prescribed(&self) -> impl Iterator<Item = u32> + '_ {
-        let held = self.plan.prescribed_nodes.iter().copied();
-        held.filter(|&node| self.is_due(node))
+        let nodes = self.schedule.prescribed_nodes.iter().copied();
+        nodes.filter(|&node| self.is_due(node))
     }
 
     /// Returns true if a node is due.
     pub(crate) fn is_due(&self, node: u32) -> bool {
-        self.plan.levels.node[node as usize] >= self.coarsest
+        self.schedule.levels.node[node as usize] >= self.coarsest
     }
 
     /// Returns the drifts of the nodes that are due.
     pub(super) fn drifts(&self) -> NodeDrifts<'_> {
         NodeDrifts::OfLevels {
-            levels: &self.plan.levels.node,
+            levels: &self.schedule.levels.node,
             coarsest: self.coarsest,
             durations: &self.durations,
         }
@@ -109,12 +111,12 @@ impl Substep<'_> {
 
     /// Returns the interval of a node, s.
     pub(crate) fn duration(&self, node: u32) -> f64 {
-        self.durations[self.plan.levels.node[node as usize] as usize]
+        self.durations[self.schedule.levels.node[node as usize] as usize]
     }
 
     /// Returns the interval of an element of the mesh, s.
     pub(crate) fn element_duration(&self, element: usize) -> f64 {
-        self.durations[self.plan.levels.element[element] as usize]
+        self.durations[self.schedule.levels.element[element] as usize]
     }
 }
 
@@ -172,7 +174,7 @@ impl KickSchedule {
             _ => self.finest - number.trailing_zeros().min(u32::from(self.finest)) as u8,
         };
         Substep {
-            plan: self,
+            schedule: self,
             coarsest,
             purpose: KickPurpose::Advance,
             durations: std::array::from_fn(|level| duration(step, level as u8)),
@@ -224,9 +226,9 @@ impl<const D: usize> Model<D> {
     /// Returns the prescribed nodes of blocks that are not fixed.
     pub(super) fn prescribed_nodes(&self) -> Vec<u32> {
         let nodes = 0..self.mesh.nodes.len() as u32;
-        let held = |node: &u32| self.inertia.prescribed(*node as usize).contains(&true);
+        let is_prescribed = |node: &u32| self.inertia.prescribed(*node as usize).contains(&true);
         nodes
-            .filter(|node| !self.is_fixed(*node) && held(node))
+            .filter(|node| !self.is_fixed(*node) && is_prescribed(node))
             .collect()
     }
 }

@@ -11,25 +11,25 @@ use crate::step::Run;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SpeedBounds {
     /// Upper bound of the nodal speeds of each block, m/s.
-    ahead: Vec<f64>,
+    speeds: Vec<f64>,
     /// Squares of the largest nodal speed of each block, m²/s², and of the largest acceleration in
     /// its last kick, m²/s⁴.
     squares: BlockMax<2>,
     /// Largest change of acceleration by loads of each block, m/s²; and the nodes with loads.
-    pushed: Vec<f64>,
+    load_acceleration: Vec<f64>,
     loaded: Vec<usize>,
 }
 
 impl SpeedBounds {
     /// Returns the upper bound of the nodal speeds of each block, m/s.
     pub(crate) fn speeds(&self) -> &[f64] {
-        &self.ahead
+        &self.speeds
     }
 
     /// Returns true if all are below the speed of light. A run that has diverged cannot be searched
     /// for contacts; it is stopped after the step. Without contacts there are no bounds.
     pub(crate) fn is_physical(&self) -> bool {
-        self.ahead.iter().all(|&speed| speed < SPEED_OF_LIGHT)
+        self.speeds.iter().all(|&speed| speed < SPEED_OF_LIGHT)
     }
 }
 
@@ -57,21 +57,21 @@ impl<const D: usize> Run<D> {
             [dot(&velocity[n], &velocity[n]), gain]
         };
         let SpeedBounds {
-            ahead,
+            speeds,
             squares,
-            pushed,
+            load_acceleration,
             loaded,
         } = &mut self.workspace.speed_bounds;
         let blocks = next.model.blocks.len();
         let found = squares.find(&next.model.block_of, blocks, of_node);
-        ahead.clear();
-        ahead.extend(found.iter().map(|[speed, _]| speed.sqrt()));
-        next.raise_to_prescribed(ahead);
+        speeds.clear();
+        speeds.extend(found.iter().map(|[speed, _]| speed.sqrt()));
+        next.raise_to_prescribed(speeds);
         next.add_changes_of_loads(&mut self.workspace.impulses.load, loaded);
-        next.take_pushes(&mut self.workspace.impulses.load, loaded, pushed);
-        let added = squares.of_blocks().iter().zip(&*pushed);
-        for (ahead, ([_, gain], pushed)) in ahead.iter_mut().zip(added) {
-            *ahead += step * (gain.sqrt() + heavier + pushed);
+        next.take_load_accelerations(&mut self.workspace.impulses.load, loaded, load_acceleration);
+        let added = squares.of_blocks().iter().zip(&*load_acceleration);
+        for (speed, ([_, gain], load_acceleration)) in speeds.iter_mut().zip(added) {
+            *speed += step * (gain.sqrt() + heavier + load_acceleration);
         }
     }
 }
@@ -144,14 +144,19 @@ impl<const D: usize> NextStep<'_, D> {
 
     /// Finds the largest acceleration of each block by `load`, m/s², and clears it at the nodes
     /// with loads.
-    fn take_pushes(&self, load: &mut [[f64; D]], loaded: &[usize], pushed: &mut Vec<f64>) {
+    fn take_load_accelerations(
+        &self,
+        load: &mut [[f64; D]],
+        loaded: &[usize],
+        load_acceleration: &mut Vec<f64>,
+    ) {
         let mass = self.model.inertia.mass();
-        pushed.clear();
-        pushed.resize(self.model.blocks.len(), 0.0);
+        load_acceleration.clear();
+        load_acceleration.resize(self.model.blocks.len(), 0.0);
         for &node in loaded {
             let force = std::mem::replace(&mut load[node], [0.0; D]);
-            let pushed = &mut pushed[self.model.block_of[node] as usize];
-            *pushed = pushed.max(norm(&scale(1.0 / mass[node], &force)));
+            let largest = &mut load_acceleration[self.model.block_of[node] as usize];
+            *largest = largest.max(norm(&scale(1.0 / mass[node], &force)));
         }
     }
 }

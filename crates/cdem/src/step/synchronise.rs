@@ -27,9 +27,9 @@ pub(crate) struct Synchronised<const D: usize> {
 impl<const D: usize> Run<D> {
     /// Returns the synchronised state now.
     pub(crate) fn synchronise(&mut self) -> Synchronised<D> {
-        let plan = std::mem::take(&mut self.workspace.schedule);
+        let schedule = std::mem::take(&mut self.workspace.schedule);
         let time = self.time();
-        let substep = plan.report(self.model.step, time);
+        let substep = schedule.report(self.model.step, time);
         let mut velocity = self.state.velocity.clone();
         self.model.kick(
             &mut self.state,
@@ -38,7 +38,7 @@ impl<const D: usize> Run<D> {
             &substep,
         );
         let mut half = Ledger::default();
-        let (ledgers, received) = self.peek_contacts(&mut velocity);
+        let (ledgers, received) = self.preview_contacts(&mut velocity);
         for (node, impulse) in &received {
             add_scaled(
                 &mut self.workspace.impulses.contact[*node as usize],
@@ -69,7 +69,7 @@ impl<const D: usize> Run<D> {
         }
         let mut ledger = self.state.ledger;
         ledger.add(0.5, &half);
-        self.workspace.schedule = plan;
+        self.workspace.schedule = schedule;
         Synchronised {
             velocity,
             kinetic_energy,
@@ -81,7 +81,7 @@ impl<const D: usize> Run<D> {
 
     /// Previews the contact impulses of a kick. Changes `velocity` only; returns the energies that
     /// contact would take and its impulses on nodes, N·s.
-    fn peek_contacts(
+    fn preview_contacts(
         &mut self,
         velocity: &mut [[f64; D]],
     ) -> (ContactEnergies, Vec<(u32, [f64; D])>) {

@@ -12,7 +12,7 @@ use crate::contact::tolerances::{
     CCD_SAMPLES, FORCE_TREND, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR,
 };
 use crate::math::serde_pod;
-use crate::math::vector::dot;
+use crate::math::vector::{add_scaled, dot};
 
 /// A closed feature pair. Its two points are one unified node until a criterion opens it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -62,16 +62,25 @@ pub(crate) struct ContactPoint<const D: usize> {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct ContactHistory {
     pub(crate) kind: ContactKind,
+    /// Time of the beginning, s.
     pub(crate) time_on: f64,
+    /// Time of the end, s; `None` while the contact lasts.
     pub(crate) time_off: Option<f64>,
+    /// Position of the contact, m.
     pub(crate) position: [f64; 3],
+    /// Tributary area, m².
     pub(crate) area: f64,
     /// Normal impulse of the present coarse step, N·s.
     pub(crate) step_impulse: f64,
+    /// Largest normal impulse of a coarse step over the step, N.
     pub(crate) peak_normal_force: f64,
+    /// Sum of normal impulses, N·s.
     pub(crate) normal_impulse: f64,
+    /// Path length of shear impulses, N·s.
     pub(crate) shear_impulse: f64,
+    /// Path length of the slip, m.
     pub(crate) slip: f64,
+    /// Halvings of its elements.
     pub(crate) level: u32,
     pub(crate) blocks: [u32; 2],
 }
@@ -153,7 +162,7 @@ impl<const D: usize> ContactPoint<D> {
         if self.pair == pair {
             return true;
         }
-        let goes_on = || {
+        let continues = || {
             let projection = surface.project(self.pair, drift_interval.at_end);
             let foot = &projection.foot;
             projection.outside <= tolerance
@@ -162,7 +171,7 @@ impl<const D: usize> ContactPoint<D> {
                     .is_some()
         };
         surface.same_contact(self.pair, pair, drift_interval.at_touch, tolerance)
-            && goes_on()
+            && continues()
             && !self.leaves_uncovered(context, pair, drift_interval)
     }
 
@@ -401,11 +410,29 @@ impl<const D: usize> ContactPoint<D> {
     }
 }
 
+/// Returns a vector of one frame in another frame. Keeps its normal component.
+pub(crate) fn rotate_tangents<const D: usize>(
+    vector: &[f64; D],
+    [old, new]: &[[[f64; D]; D]; 2],
+) -> [f64; D] {
+    let mut whole = [0.0; D];
+    for r in 1..D {
+        add_scaled(&mut whole, vector[r], &old[r]);
+    }
+    std::array::from_fn(|r| {
+        if r == 0 {
+            vector[0]
+        } else {
+            dot(&whole, &new[r])
+        }
+    })
+}
+
 /// Extrapolates the force with which the next solve begins, N, from the forces of the last kick
 /// and of the one before.
 fn extrapolated_force<const D: usize>(now: &[f64; D], before: &[f64; D]) -> [f64; D] {
-    let goes_on = now[0] != 0.0 && before[0] != 0.0;
-    let trend = if goes_on { FORCE_TREND } else { 0.0 };
+    let continues = now[0] != 0.0 && before[0] != 0.0;
+    let trend = if continues { FORCE_TREND } else { 0.0 };
     std::array::from_fn(|r| now[r] + trend * (now[r] - before[r]))
 }
 

@@ -1,22 +1,21 @@
 //! Target tracking: the foot of a sliding contact follows its point.
 
-use crate::contact::constraint::contact_point::ContactPoint;
+use crate::contact::constraint::contact_point::{ContactPoint, rotate_tangents};
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::tolerances::FOOT_ROUND_OFF;
-use crate::math::vector::{add_scaled, dot};
 
 /// Result of tracking the point of a sliding contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TargetTracking {
     /// It is on its target feature, or on a neighbour.
-    There,
+    OnTarget,
     /// So too, but it has moved farther than the size of that feature. On the way it stayed in
     /// a plane that the surface may have left.
-    InAHurry,
+    Overtravelled,
     /// It has left the surface by more than the contact tolerance. The margin keeps flush
     /// corners from flickering.
-    Beyond,
+    LeftSurface,
 }
 
 impl<const D: usize> ContactPoint<D> {
@@ -31,11 +30,11 @@ impl<const D: usize> ContactPoint<D> {
     ) -> TargetTracking {
         let (surface, tolerance) = (context.surface, context.tolerance);
         if self.is_sticking {
-            return TargetTracking::There;
+            return TargetTracking::OnTarget;
         }
         let mut projection = surface.project(self.pair, at);
         let size = surface.target_size(self.pair.target, at);
-        let hurries = projection.outside > size;
+        let overtravels = projection.outside > size;
         while projection.outside > FOOT_ROUND_OFF * size {
             let next = surface.neighbour(self.pair, &projection.foot, at);
             // In a re-entrant corner each side keeps its own contact.
@@ -45,7 +44,7 @@ impl<const D: usize> ContactPoint<D> {
                 if projection.outside > tolerance {
                     let next = surface.successor(self.pair, at, tolerance);
                     let Some((next, is_swapped)) = next.filter(|(next, _)| !taken(*next)) else {
-                        return TargetTracking::Beyond;
+                        return TargetTracking::LeftSurface;
                     };
                     projection = surface.project(next, at);
                     if is_swapped {
@@ -63,11 +62,11 @@ impl<const D: usize> ContactPoint<D> {
                 break;
             }
         }
-        self.foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
-        if hurries {
-            TargetTracking::InAHurry
+        self.foot = projection.clamped_foot();
+        if overtravels {
+            TargetTracking::Overtravelled
         } else {
-            TargetTracking::There
+            TargetTracking::OnTarget
         }
     }
 
@@ -87,16 +86,10 @@ impl<const D: usize> ContactPoint<D> {
             let foot = surface.project(pair, at).foot;
             surface.jacobian(pair, &foot, at).frame
         };
-        let [old, new] = [self.pair, next].map(frame);
-        for counted in self.frame_vectors() {
-            let mut whole = [0.0; D];
-            for r in 1..D {
-                add_scaled(&mut whole, counted[r], &old[r]);
-            }
-            for r in 1..D {
-                counted[r] = dot(&whole, &new[r]);
-            }
+        let frames = [self.pair, next].map(frame);
+        for vector in self.frame_vectors() {
+            *vector = rotate_tangents(vector, &frames);
         }
-        (self.pair, self.normal) = (next, new[0]);
+        (self.pair, self.normal) = (next, frames[1][0]);
     }
 }

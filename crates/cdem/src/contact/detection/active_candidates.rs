@@ -26,15 +26,20 @@ impl ActiveCandidates {
         self.then.clear();
     }
 
-    /// Selects the active ones of all `candidates`. The blocks have these travel bounds `ahead`,
-    /// and `share` is the largest motion bound of a block, m.
-    pub(super) fn sort_out(&mut self, candidates: &[Candidate], ahead: &[BlockTravel], share: f64) {
-        let serves = ACTIVE_STEPS * share;
-        let sort_out = |(part, (numbers, candidates)): (usize, (&mut Vec<u32>, &[Candidate]))| {
+    /// Selects the active ones of all `candidates`, for these `travel_bounds` of the blocks and
+    /// the `largest_motion_bound` of a block, m.
+    pub(super) fn select(
+        &mut self,
+        candidates: &[Candidate],
+        travel_bounds: &[BlockTravel],
+        largest_motion_bound: f64,
+    ) {
+        let serves = ACTIVE_STEPS * largest_motion_bound;
+        let select = |(part, (numbers, candidates)): (usize, (&mut Vec<u32>, &[Candidate]))| {
             let may_be = |candidate: &Candidate| {
-                let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
-                let [far, other] = [a, b].map(|ahead| ahead.further(ACTIVE_MARGIN * serves));
-                a.way + b.way <= candidate.near_until || candidate.may_be_near(far, other)
+                let [a, b] = candidate.blocks.map(|block| travel_bounds[block as usize]);
+                let [far, other] = [a, b].map(|bounds| bounds.further(ACTIVE_MARGIN * serves));
+                a.travel + b.travel <= candidate.near_until || candidate.may_be_near(far, other)
             };
             let numbered = ((part * BOUND_CHECKS_PER_TASK) as u32..).zip(candidates);
             let some = numbered.filter(|(_, candidate)| may_be(candidate));
@@ -44,32 +49,32 @@ impl ActiveCandidates {
         let some = candidates.par_chunks(BOUND_CHECKS_PER_TASK);
         self.parts.resize_with(some.len(), Vec::new);
         let parts = self.parts.par_iter_mut().zip(some);
-        parts.enumerate().for_each(sort_out);
+        parts.enumerate().for_each(select);
         self.numbers.clear();
         self.numbers.extend(self.parts.iter().flatten());
         self.then.clear();
-        self.then.extend(ahead);
+        self.then.extend(travel_bounds);
         self.serves = serves;
     }
 
-    /// Returns true if the list contains all candidates that may be near for these travel bounds
-    /// `ahead`.
-    pub(super) fn serves(&self, ahead: &[BlockTravel]) -> bool {
-        let serves = |(now, then): (&BlockTravel, &BlockTravel)| {
+    /// Returns true if the list contains all candidates that may be near for these
+    /// `travel_bounds`.
+    pub(super) fn is_valid_for(&self, travel_bounds: &[BlockTravel]) -> bool {
+        let is_valid = |(now, then): (&BlockTravel, &BlockTravel)| {
             now.distance - then.distance <= self.serves
                 && now.turning - then.turning <= CULLING_RATE * self.serves
         };
-        self.then.len() == ahead.len() && ahead.iter().zip(&self.then).all(serves)
+        self.then.len() == travel_bounds.len() && travel_bounds.iter().zip(&self.then).all(is_valid)
     }
 }
 
 impl BlockTravel {
-    /// Returns the bounds after a further travel of the block by `way`, m.
-    fn further(self, way: f64) -> Self {
+    /// Returns the bounds after a further travel of the block by `travel`, m.
+    fn further(self, travel: f64) -> Self {
         Self {
-            way: self.way,
-            distance: self.distance + way,
-            turning: self.turning + CULLING_RATE * way,
+            travel: self.travel,
+            distance: self.distance + travel,
+            turning: self.turning + CULLING_RATE * travel,
         }
     }
 }

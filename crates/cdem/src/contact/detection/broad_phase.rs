@@ -26,16 +26,16 @@ impl<const D: usize> CandidateSearch<D> {
         may_meet: &impl Fn([u32; 2]) -> bool,
     ) {
         let moving = blocks.fixed.iter().filter(|&&fixed| !fixed).count().max(1);
-        let shares = self.blocks.iter().map(|reach| reach.motion_bound);
-        let mean = shares.sum::<f64>() / moving as f64;
+        let motion_bounds = self.blocks.iter().map(|bound| bound.motion_bound);
+        let mean = motion_bounds.sum::<f64>() / moving as f64;
         let least = (BROAD_PHASE_STEPS * mean).max(BROAD_PHASE_STEPS_AT_REST * blocks.tolerance);
-        for (reach, &fixed) in self.blocks.iter_mut().zip(blocks.fixed) {
-            *reach = MotionBound {
-                motion_bound: reach.motion_bound,
+        for (bound, &fixed) in self.blocks.iter_mut().zip(blocks.fixed) {
+            *bound = MotionBound {
+                motion_bound: bound.motion_bound,
                 allowance: if fixed {
                     0.0
                 } else {
-                    least.max(BROAD_PHASE_STEPS * reach.motion_bound)
+                    least.max(BROAD_PHASE_STEPS * bound.motion_bound)
                 },
                 ..MotionBound::default()
             };
@@ -46,10 +46,10 @@ impl<const D: usize> CandidateSearch<D> {
         self.last.clone_from(&self.origin);
         let allowance = |block: u32| self.blocks[block as usize].allowance;
         let margin = |block| DISTANCE_KEPT * (allowance(block) + 0.5 * blocks.tolerance);
-        let patches = blocks.clusters;
-        let cache = blocks.surface.geometry_cache(patches.features(), None);
+        let clusters = blocks.clusters;
+        let cache = blocks.surface.geometry_cache(clusters.features(), None);
         let at = at.with(cache.as_ref());
-        let pairs = patches.overlapping(blocks.surface, at, &margin, may_meet);
+        let pairs = clusters.overlapping(blocks.surface, at, &margin, may_meet);
         let pairs = pairs.into_par_iter().with_min_len(CANDIDATES_PER_TASK);
         let candidates = pairs.map(|pair| Candidate {
             pair,
@@ -103,13 +103,14 @@ impl Clusters {
         margin: &(impl Fn(u32) -> f64 + Sync),
         may_meet: &impl Fn([u32; 2]) -> bool,
     ) -> Vec<Pair> {
-        let around = |patch: &Cluster| {
-            let nodes = patch.nodes.iter().map(|&node| at.at(node));
-            Aabb::around(nodes, margin(patch.block))
+        let around = |cluster: &Cluster| {
+            let nodes = cluster.nodes.iter().map(|&node| at.at(node));
+            Aabb::around(nodes, margin(cluster.block))
         };
         let extents: Vec<Aabb<D>> = self.clusters.iter().map(around).collect();
         let wanted = |one: u32, other: u32| {
-            one < other && may_meet([one, other].map(|patch| self.clusters[patch as usize].block))
+            one < other
+                && may_meet([one, other].map(|cluster| self.clusters[cluster as usize].block))
         };
         let meeting = grid::overlapping(&extents, &extents, wanted);
         let mut meets = vec![false; self.clusters.len()];
@@ -119,16 +120,16 @@ impl Clusters {
         let clusters = (&self.clusters, meets)
             .into_par_iter()
             .with_min_len(CLUSTERS_PER_TASK);
-        let boxes = clusters.map(|(patch, meets)| {
-            let boxes = || patch.boxes(surface, at, margin(patch.block));
+        let boxes = clusters.map(|(cluster, meets)| {
+            let boxes = || cluster.boxes(surface, at, margin(cluster.block));
             meets.then(boxes).unwrap_or_default()
         });
         let boxes: Vec<ClusterBoxes<D>> = boxes.collect();
         let meeting = meeting.into_par_iter().with_min_len(CLUSTERS_PER_TASK);
         let pairs = meeting.flat_map_iter(|(one, other)| {
-            let both = [one, other].map(|patch| patch as usize);
-            let ways = [both, [both[1], both[0]]].into_iter();
-            ways.flat_map(|sides| self.pairs(sides, &boxes, &extents))
+            let both = [one, other].map(|cluster| cluster as usize);
+            let orders = [both, [both[1], both[0]]].into_iter();
+            orders.flat_map(|sides| self.pairs(sides, &boxes, &extents))
         });
         let mut pairs: Vec<Pair> = pairs.filter(|&pair| surface.is_canonical(pair)).collect();
         pairs.par_sort_unstable();
@@ -144,9 +145,9 @@ impl Clusters {
     ) -> Vec<Pair> {
         let mut pairs = Vec::new();
         for family in 0..self.families {
-            let within = |patch: usize, side: usize, other: usize| {
-                let numbers = self.clusters[patch].features[family][side].iter();
-                let both = numbers.copied().zip(&boxes[patch][family][side]);
+            let within = |cluster: usize, side: usize, other: usize| {
+                let numbers = self.clusters[cluster].features[family][side].iter();
+                let both = numbers.copied().zip(&boxes[cluster][family][side]);
                 both.filter(move |(_, aabb)| aabb.overlaps(&extents[other]))
             };
             let targets: Vec<_> = within(target, 1, main).collect();

@@ -85,7 +85,7 @@ impl Clusters {
         features: &mut [ClusteredFeature<D>],
     ) {
         if features.len() <= MOST_FEATURES_OF_CLUSTER {
-            self.clusters.push(self.patch(surface, features));
+            self.clusters.push(self.cluster_of(surface, features));
             return;
         }
         let extent = Aabb::around(features.iter().map(|feature| feature.middle), 0.0);
@@ -103,32 +103,32 @@ impl Clusters {
         self.divide(surface, high);
     }
 
-    fn patch<const D: usize>(
+    fn cluster_of<const D: usize>(
         &self,
         surface: &dyn Surface<D>,
         features: &[ClusteredFeature<D>],
     ) -> Cluster {
-        let mut patch = Cluster {
+        let mut cluster = Cluster {
             block: features[0].block,
             nodes: Vec::new(),
             features: vec![Default::default(); self.families],
         };
         for feature in features {
-            patch.features[feature.family][feature.side].push(feature.number);
+            cluster.features[feature.family][feature.side].push(feature.number);
             let nodes = nodes_of(surface, feature.side, feature.number);
-            patch.nodes.extend(nodes);
+            cluster.nodes.extend(nodes);
         }
-        patch.nodes.sort_unstable();
-        patch.nodes.dedup();
-        for numbers in patch.features.iter_mut().flatten() {
+        cluster.nodes.sort_unstable();
+        cluster.nodes.dedup();
+        for numbers in cluster.features.iter_mut().flatten() {
             numbers.sort_unstable();
         }
-        patch
+        cluster
     }
 
     /// Returns the number of features, mains and targets.
     pub(super) fn features(&self) -> usize {
-        let sides = self.clusters.iter().flat_map(|patch| &patch.features);
+        let sides = self.clusters.iter().flat_map(|cluster| &cluster.features);
         sides.flatten().map(Vec::len).sum()
     }
 }

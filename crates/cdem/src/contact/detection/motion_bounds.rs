@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::contact::detection::candidates::{
-    ActiveSubset, CandidateSearch, SearchContext, SearchWorkspace,
+    BoundCheck, CandidateSearch, SearchContext, SearchWorkspace,
 };
 use crate::contact::surface::Configuration;
 use crate::contact::tolerances::BOUND_CHECKS_PER_TASK;
@@ -12,14 +12,16 @@ use crate::contact::tolerances::BOUND_CHECKS_PER_TASK;
 impl<const D: usize> CandidateSearch<D> {
     /// Gives blocks that may touch each other the largest motion bound among them. Tests the
     /// candidates of blocks with an increased bound again, until no bound increases.
-    pub(super) fn share_among_near(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
+    pub(super) fn spread_motion_bounds(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         let count = self.blocks.len();
         let SearchWorkspace {
-            together, largest, ..
+            block_sets,
+            set_motion_bounds,
+            ..
         } = &mut self.workspace;
-        together.reset(count);
-        largest.clear();
-        largest.extend(self.blocks.iter().map(|reach| reach.motion_bound));
+        block_sets.reset(count);
+        set_motion_bounds.clear();
+        set_motion_bounds.extend(self.blocks.iter().map(|bound| bound.motion_bound));
         let mut joined = 0;
         while joined < self.found.len() {
             self.list_blocks_near(joined);
@@ -27,7 +29,7 @@ impl<const D: usize> CandidateSearch<D> {
             joined = self.found.len();
             self.list_blocks_near(0);
             if self.raise() {
-                self.look_again(blocks, at);
+                self.retest_raised(blocks, at);
             }
         }
     }
@@ -35,38 +37,38 @@ impl<const D: usize> CandidateSearch<D> {
     /// Joins the listed blocks that move, and gives each set its largest motion bound.
     fn join_near(&mut self, fixed: &[bool]) {
         let SearchWorkspace {
-            together,
-            largest,
-            of_near,
+            block_sets,
+            set_motion_bounds,
+            near_blocks,
             ..
         } = &mut self.workspace;
-        for of in of_near {
+        for of in near_blocks {
             if of.iter().all(|&block| !fixed[block as usize]) {
-                let [a, b] = of.map(|block| largest[together.root(block) as usize]);
-                together.join(of[0], of[1]);
-                largest[together.root(of[0]) as usize] = a.max(b);
+                let [a, b] = of.map(|block| set_motion_bounds[block_sets.root(block) as usize]);
+                block_sets.join(of[0], of[1]);
+                set_motion_bounds[block_sets.root(of[0]) as usize] = a.max(b);
             }
         }
-        together.flatten();
+        block_sets.flatten();
     }
 
     /// Gives the listed blocks the largest motion bound of their set. Returns true if any bound
     /// increases.
     fn raise(&mut self) -> bool {
         let SearchWorkspace {
-            together,
-            largest,
-            of_near,
+            block_sets,
+            set_motion_bounds,
+            near_blocks,
             raised,
             ..
         } = &mut self.workspace;
         raised.clear();
         raised.resize(self.blocks.len(), false);
-        for &block in of_near.as_flattened() {
-            let share = &mut self.blocks[block as usize].motion_bound;
-            let most = largest[together.root(block) as usize];
-            if most > *share {
-                *share = most;
+        for &block in near_blocks.as_flattened() {
+            let motion_bound = &mut self.blocks[block as usize].motion_bound;
+            let most = set_motion_bounds[block_sets.root(block) as usize];
+            if most > *motion_bound {
+                *motion_bound = most;
                 raised[block as usize] = true;
             }
         }
@@ -79,17 +81,17 @@ impl<const D: usize> CandidateSearch<D> {
             .par_iter()
             .with_min_len(BOUND_CHECKS_PER_TASK);
         let blocks = found.map(|&number| self.candidates[number as usize].blocks);
-        blocks.collect_into_vec(&mut self.workspace.of_near);
-        self.workspace.of_near.dedup();
+        blocks.collect_into_vec(&mut self.workspace.near_blocks);
+        self.workspace.near_blocks.dedup();
     }
 
     /// Tests the candidates of blocks with an increased motion bound that have not been near.
-    fn look_again(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
-        self.motion_ahead(blocks.tolerance);
+    fn retest_raised(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
+        self.update_travel_bounds(blocks.tolerance);
         let SearchWorkspace {
-            ahead,
+            travel_bounds,
             raised,
-            glances,
+            bound_checks,
             open,
             active_candidates,
             is_near,
@@ -97,22 +99,27 @@ impl<const D: usize> CandidateSearch<D> {
         } = &mut self.workspace;
         let is_open = |number: &u32| {
             let candidate = &self.candidates[*number as usize];
-            let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
+            let [a, b] = candidate.blocks.map(|block| travel_bounds[block as usize]);
             let mut of = candidate.blocks.iter();
             of.any(|&block| raised[block as usize])
                 && !is_near[*number as usize]
                 && candidate.may_be_near(a, b)
         };
         let some = active_candidates.numbers.par_chunks(BOUND_CHECKS_PER_TASK);
-        glances.resize_with(some.len(), ActiveSubset::default);
-        some.zip(&mut *glances).for_each(|(numbers, glance)| {
-            glance.open.clear();
-            glance
-                .open
-                .extend(numbers.iter().filter(|number| is_open(number)));
-        });
+        bound_checks.resize_with(some.len(), BoundCheck::default);
+        some.zip(&mut *bound_checks)
+            .for_each(|(numbers, bound_check)| {
+                bound_check.open.clear();
+                bound_check
+                    .open
+                    .extend(numbers.iter().filter(|number| is_open(number)));
+            });
         open.clear();
-        open.extend(glances.iter().flat_map(|glance| &glance.open));
-        self.test_pair(blocks, at);
+        open.extend(
+            bound_checks
+                .iter()
+                .flat_map(|bound_check| &bound_check.open),
+        );
+        self.test_open(blocks, at);
     }
 }

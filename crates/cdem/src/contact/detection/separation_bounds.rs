@@ -60,7 +60,7 @@ struct IslandBlock {
     /// Their indices among the nodes of the island.
     nodes: Range<usize>,
     /// Travel: sum of duration times largest speed over all drifts, m.
-    way: f64,
+    travel: f64,
     /// Largest speed, m/s.
     speed: f64,
 }
@@ -70,7 +70,7 @@ impl OpenPair {
     #[inline]
     fn is_apart(&self, blocks: &[IslandBlock], distance: f64) -> bool {
         let [main, target] = self.blocks_in(blocks);
-        self.until - (main.way + target.way) > distance
+        self.until - (main.travel + target.travel) > distance
     }
 
     /// Returns the blocks of the pair among those of its island.
@@ -87,7 +87,7 @@ impl SeparationBounds {
         let body = |block, nodes| IslandBlock {
             block,
             nodes,
-            way: 0.0,
+            travel: 0.0,
             speed: 0.0,
         };
         let mut bodies = vec![body(u32::MAX, 0..0)];
@@ -203,23 +203,23 @@ impl SeparationBounds {
         let open = &self.open[number];
         let [main, target] = open.blocks_in(&self.blocks);
         let turns = if open.turns { 3.0 } else { 1.0 };
-        let way = duration * (turns * main.speed + target.speed);
-        open.is_apart(&self.blocks, self.within + way)
+        let travel = duration * (turns * main.speed + target.speed);
+        open.is_apart(&self.blocks, self.within + travel)
     }
 
     /// Sets the bound of a pair whose features are `apart` now, m.
     pub(crate) fn set_bound(&mut self, number: usize, apart: f64) {
         let open = &mut self.open[number];
         let [main, target] = open.blocks_in(&self.blocks);
-        open.until = apart + (main.way + target.way);
+        open.until = apart + (main.travel + target.travel);
     }
 
     /// Adds the travel of a drift of `duration` seconds at the measured velocities.
     pub(crate) fn advance(&mut self, duration: f64) {
         let (mut longest, mut fastest) = (0.0_f64, 0.0_f64);
         for body in &mut self.blocks {
-            body.way += duration * body.speed;
-            longest = longest.max(body.way);
+            body.travel += duration * body.speed;
+            longest = longest.max(body.travel);
             fastest = fastest.max(body.speed);
         }
         self.serves -= 2.0 * duration * fastest;
@@ -232,7 +232,7 @@ impl SeparationBounds {
     pub(crate) fn forget(&mut self) {
         self.serves = -1.0;
         for body in &mut self.blocks {
-            body.way = 0.0;
+            body.travel = 0.0;
         }
         for open in &mut self.open {
             open.until = 0.0;

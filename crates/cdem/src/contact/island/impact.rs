@@ -75,7 +75,7 @@ impl<const D: usize> Island<D> {
         let jump = VelocityJump {
             nodes: &self.nodes,
             before: event.before,
-            taken: bodies.of_all.in_island,
+            in_island: bodies.of_all.in_island,
             remaining,
         };
         let (coupling, touch) = (bodies.of_all.coupling, &mut bodies.touch);

@@ -41,18 +41,18 @@ pub(super) struct Kick<'a, const D: usize> {
 pub(crate) struct KickWorkspace<const D: usize> {
     constraints: Vec<Constraint<D>>,
     /// The number of constraints that are set, from the first on.
-    asked: usize,
+    constraint_count: usize,
     precision: Precision,
     /// Sum of the gap errors that the targets have been corrected for, m; and the errors after
     /// the last solve.
-    missed: Vec<f64>,
-    misses: Vec<f64>,
+    corrected_gap_errors: Vec<f64>,
+    gap_errors: Vec<f64>,
     /// The number of corrections so far.
-    again: usize,
-    /// Pairs of the contacts before tracking, sorted; and whether each contact has changed its
+    correction_count: usize,
+    /// Pairs of the contacts before tracking, sorted. For each contact: true if it has changed its
     /// pair.
-    followed: Vec<Pair>,
-    moved: Vec<bool>,
+    pairs_before: Vec<Pair>,
+    changed_pair: Vec<bool>,
     /// Nodes that the contacts move, sorted, with their velocities before and after, m/s.
     nodes: Vec<u32>,
     start: Vec<[f64; D]>,
@@ -74,9 +74,9 @@ impl<const D: usize> KickWorkspace<D> {
     fn begin(&mut self, contacts: usize, precision: Precision) {
         self.precision = precision;
         self.constraints.resize_with(contacts, Constraint::default);
-        self.asked = 0;
-        self.missed.clear();
-        self.again = 0;
+        self.constraint_count = 0;
+        self.corrected_gap_errors.clear();
+        self.correction_count = 0;
         self.start(&[], &[]);
     }
 
@@ -139,20 +139,20 @@ impl<const D: usize> Island<D> {
         kick: Kick<D>,
         energies: ContactEnergies,
     ) {
-        let mut hold = std::mem::take(&mut self.workspace.kick);
-        hold.energies = energies;
-        self.track_contacts(context, motion.positions(), &mut hold);
+        let mut workspace = std::mem::take(&mut self.workspace.kick);
+        workspace.energies = energies;
+        self.track_contacts(context, motion.positions(), &mut workspace);
         let mut touches = std::mem::take(&mut self.workspace.touch_events);
-        self.solve_closed(context, motion, kick, &mut hold, &mut touches);
-        self.record_impulses(context, motion, kick, &mut hold);
-        self.open_released(context, motion, kick, &mut hold);
-        let parted = !hold.ended.is_empty();
-        touches.reexamine(self, context, motion, kick.span.drift, parted);
+        self.solve_closed(context, motion, kick, &mut workspace, &mut touches);
+        self.record_impulses(context, motion, kick, &mut workspace);
+        self.open_released(context, motion, kick, &mut workspace);
+        let has_released = !workspace.ended.is_empty();
+        touches.reexamine(self, context, motion, kick.span.drift, has_released);
         self.workspace.touch_events = touches;
-        hold.end(motion.velocity);
-        hold.undo(motion);
-        hold.energies.watch.lap(Stage::Geometry);
-        self.workspace.kick = hold;
+        workspace.end(motion.velocity);
+        workspace.undo(motion);
+        workspace.energies.watch.lap(Stage::Geometry);
+        self.workspace.kick = workspace;
     }
 
     /// Records the solved impulses in the contacts, and books their work. Contacts that slip
@@ -162,9 +162,9 @@ impl<const D: usize> Island<D> {
         context: &ContactContext<D>,
         motion: &KickedView<D>,
         kick: Kick<D>,
-        hold: &mut KickWorkspace<D>,
+        workspace: &mut KickWorkspace<D>,
     ) {
-        let (constraints, energies) = (&hold.constraints, &mut hold.energies);
+        let (constraints, energies) = (&workspace.constraints, &mut workspace.energies);
         let KickSpan { interval, drift } = kick.span;
         let least = context.least_speed(drift);
         for (contact, constraint) in self.contact_points.iter_mut().zip(constraints) {
@@ -190,24 +190,24 @@ impl<const D: usize> Island<D> {
         context: &ContactContext<D>,
         motion: &KickedView<D>,
         kick: Kick<D>,
-        hold: &mut KickWorkspace<D>,
+        workspace: &mut KickWorkspace<D>,
     ) {
         let drift = kick.span.drift;
         let least = context.least_speed(drift);
         let (moves, at) = (&*motion.velocity, motion.positions());
         // An open pair deeper than the contact tolerance would not be found again.
         let is_deep = |pair: Pair| context.surface.project(pair, at).gap < -context.tolerance;
-        let mut solved = hold.constraints.iter();
+        let mut solved = workspace.constraints.iter();
         self.contact_points.retain(|contact| {
-            let parts = solved.next().is_some_and(|constraint| {
+            let is_released = solved.next().is_some_and(|constraint| {
                 constraint.opens(moves, least)
                     && contact.is_apart_after(constraint, moves, drift, context.tolerance)
                     && !is_deep(contact.pair)
             });
-            if parts {
-                hold.ended.push(contact.history.clone());
+            if is_released {
+                workspace.ended.push(contact.history.clone());
             }
-            !parts
+            !is_released
         });
     }
 
@@ -217,7 +217,7 @@ impl<const D: usize> Island<D> {
         &mut self,
         context: &ContactContext<D>,
         at: Configuration<D>,
-        hold: &mut KickWorkspace<D>,
+        workspace: &mut KickWorkspace<D>,
     ) {
         if self
             .contact_points
@@ -227,49 +227,50 @@ impl<const D: usize> Island<D> {
             return;
         }
         let KickWorkspace {
-            followed: pairs,
-            moved,
+            pairs_before: pairs,
+            changed_pair,
             ended,
             energies,
             ..
-        } = hold;
+        } = workspace;
         pairs.clear();
         pairs.extend(self.contact_points.iter().map(|contact| contact.pair));
         pairs.sort_unstable();
         let taken = |pair: Pair| pairs.binary_search(&pair).is_ok();
-        moved.clear();
+        changed_pair.clear();
         self.contact_points.retain_mut(|contact| {
             let before = contact.pair;
             let followed = contact.track_target(context, at, taken);
-            energies.overtravel_count += u64::from(followed == TargetTracking::InAHurry);
-            let goes_on = followed != TargetTracking::Beyond;
-            if goes_on {
-                moved.push(contact.pair != before);
+            energies.overtravel_count += u64::from(followed == TargetTracking::Overtravelled);
+            let continues = followed != TargetTracking::LeftSurface;
+            if continues {
+                changed_pair.push(contact.pair != before);
             } else {
                 ended.push(contact.history.clone());
             }
-            goes_on
+            continues
         });
-        if moved.contains(&true) {
-            self.merge(moved, ended);
+        if changed_pair.contains(&true) {
+            self.merge(changed_pair, ended);
         }
     }
 
-    /// Ends the contacts that have `moved` on to the pair of another contact.
-    fn merge(&mut self, moved: &[bool], ended: &mut Vec<ContactHistory>) {
+    /// Ends the contacts that have moved on to the pair of another contact. `changed_pair` is true
+    /// for each contact that has changed its pair.
+    fn merge(&mut self, changed_pair: &[bool], ended: &mut Vec<ContactHistory>) {
         let stayed = self
             .contact_points
             .iter()
-            .zip(moved)
-            .filter(|(_, moved)| !**moved);
+            .zip(changed_pair)
+            .filter(|(_, changed_pair)| !**changed_pair);
         let mut known: BTreeSet<Pair> = stayed.map(|(contact, _)| contact.pair).collect();
-        let mut moved = moved.iter();
+        let mut changed_pair = changed_pair.iter();
         self.contact_points.retain(|contact| {
-            let goes_on = moved.next() == Some(&false) || known.insert(contact.pair);
-            if !goes_on {
+            let continues = changed_pair.next() == Some(&false) || known.insert(contact.pair);
+            if !continues {
                 ended.push(contact.history.clone());
             }
-            goes_on
+            continues
         });
     }
 
@@ -281,7 +282,7 @@ impl<const D: usize> Island<D> {
         context: &ContactContext<D>,
         motion: &mut KickedView<D>,
         kick: Kick<D>,
-        hold: &mut KickWorkspace<D>,
+        workspace: &mut KickWorkspace<D>,
         touches: &mut TouchEvents<D>,
     ) {
         let drift = kick.span.drift;
@@ -289,13 +290,13 @@ impl<const D: usize> Island<D> {
             residual: RESIDUAL,
             velocity: self.precision(context, motion.positions(), drift),
         };
-        hold.begin(self.contact_points.len(), precision);
+        workspace.begin(self.contact_points.len(), precision);
         let mut before: Option<Vec<[f64; D]>> = None;
         loop {
-            if hold.asked < self.contact_points.len() {
-                self.set_new_constraints(context, motion, hold, kick.span);
+            if workspace.constraint_count < self.contact_points.len() {
+                self.set_new_constraints(context, motion, workspace, kick.span);
             }
-            self.solve_for_gaps(context, motion, hold, drift);
+            self.solve_for_gaps(context, motion, workspace, drift);
             let least = match &before {
                 Some(before) => {
                     let event = Event {
@@ -314,14 +315,14 @@ impl<const D: usize> Island<D> {
             let pairs = touches.take_due_now();
             let closes = pairs.len() > least && {
                 let begun = self.close_touching(context, motion, &pairs, kick);
-                hold.energies.touch_count += begun;
+                workspace.energies.touch_count += begun;
                 begun > 0
             };
-            if !closes && !self.break_joints(context, motion, hold, kick.span) {
+            if !closes && !self.break_joints(context, motion, workspace, kick.span) {
                 return;
             }
             before = Some(self.velocities(motion.velocity));
-            hold.undo(motion);
+            workspace.undo(motion);
         }
     }
 
@@ -330,14 +331,16 @@ impl<const D: usize> Island<D> {
         &mut self,
         context: &ContactContext<D>,
         motion: &KickedView<D>,
-        hold: &mut KickWorkspace<D>,
+        workspace: &mut KickWorkspace<D>,
         span: KickSpan,
     ) {
         let at = motion.positions();
         let count = self.contact_points.len();
-        hold.constraints.resize_with(count, Constraint::default);
-        let new = hold.asked..count;
-        let pairs = hold.constraints[new.clone()].par_iter_mut();
+        workspace
+            .constraints
+            .resize_with(count, Constraint::default);
+        let new = workspace.constraint_count..count;
+        let pairs = workspace.constraints[new.clone()].par_iter_mut();
         let pairs = pairs
             .zip(&self.contact_points[new])
             .with_min_len(CONTACTS_PER_TASK);
@@ -345,15 +348,15 @@ impl<const D: usize> Island<D> {
             contact.assemble_jacobian(&mut constraint.jacobian, context.surface, at);
             contact.set_constraint(constraint, context, span);
         });
-        hold.asked = count;
-        hold.missed.resize(count, 0.0);
-        let constraints = &hold.constraints;
-        hold.energies.time_solution(|| {
+        workspace.constraint_count = count;
+        workspace.corrected_gap_errors.resize(count, 0.0);
+        let constraints = &workspace.constraints;
+        workspace.energies.time_solution(|| {
             self.workspace
                 .solver
                 .load(constraints, context.mobility(span.interval))
         });
-        hold.start(self.workspace.solver.nodes(), motion.velocity);
+        workspace.start(self.workspace.solver.nodes(), motion.velocity);
     }
 
     /// Solves the constraints, and again with targets corrected for the gap errors, at most
@@ -362,29 +365,29 @@ impl<const D: usize> Island<D> {
         &mut self,
         context: &ContactContext<D>,
         motion: &mut KickedView<D>,
-        hold: &mut KickWorkspace<D>,
+        workspace: &mut KickWorkspace<D>,
         drift: f64,
     ) {
         if self.contact_points.is_empty() {
             return;
         }
         loop {
-            let (system, constraints) = (&mut self.workspace.solver, &mut hold.constraints);
-            let (velocity, precision) = (&mut *motion.velocity, hold.precision);
+            let (system, constraints) = (&mut self.workspace.solver, &mut workspace.constraints);
+            let (velocity, precision) = (&mut *motion.velocity, workspace.precision);
             let solve = || system.solve(constraints, velocity, precision);
-            hold.energies.count_solve(solve);
-            if hold.again >= MOST_REPEATED_SOLVES {
+            workspace.energies.count_solve(solve);
+            if workspace.correction_count >= MOST_REPEATED_SOLVES {
                 return;
             }
-            if !self.gap_errors_after_drift(context, motion, drift, hold) {
+            if !self.gap_errors_after_drift(context, motion, drift, workspace) {
                 return;
             }
-            hold.again += 1;
-            for (k, miss) in hold.misses.iter().enumerate() {
-                hold.missed[k] += miss;
-                hold.constraints[k].target[0] -= miss / drift;
+            workspace.correction_count += 1;
+            for (k, gap_error) in workspace.gap_errors.iter().enumerate() {
+                workspace.corrected_gap_errors[k] += gap_error;
+                workspace.constraints[k].target[0] -= gap_error / drift;
             }
-            hold.undo(motion);
+            workspace.undo(motion);
         }
     }
 
@@ -408,19 +411,22 @@ impl<const D: usize> Island<D> {
         &mut self,
         context: &ContactContext<D>,
         motion: &KickedView<D>,
-        hold: &mut KickWorkspace<D>,
+        workspace: &mut KickWorkspace<D>,
         span: KickSpan,
     ) -> bool {
         let least = context.least_speed(span.drift);
         let mut breaks = false;
-        for (contact, constraint) in self.contact_points.iter_mut().zip(&hold.constraints) {
+        for (contact, constraint) in self.contact_points.iter_mut().zip(&workspace.constraints) {
             breaks |= contact.breaks(constraint, motion.velocity, least);
         }
         if breaks {
-            let known = self.contact_points.iter().zip(&hold.missed);
-            for (constraint, (contact, missed)) in hold.constraints.iter_mut().zip(known) {
+            let known = self
+                .contact_points
+                .iter()
+                .zip(&workspace.corrected_gap_errors);
+            for (constraint, (contact, corrected)) in workspace.constraints.iter_mut().zip(known) {
                 contact.set_constraint(constraint, context, span);
-                constraint.target[0] -= missed / span.drift;
+                constraint.target[0] -= corrected / span.drift;
             }
         }
         breaks
@@ -433,28 +439,28 @@ impl<const D: usize> Island<D> {
         context: &ContactContext<D>,
         motion: &KickedView<D>,
         drift: f64,
-        hold: &mut KickWorkspace<D>,
+        workspace: &mut KickWorkspace<D>,
     ) -> bool {
         let (surface, tolerance) = (context.surface, context.tolerance);
         let then = motion.positions().after(motion.velocity, drift);
-        let miss = |(contact, constraint): (&ContactPoint<D>, &Constraint<D>)| {
+        let gap_error = |(contact, constraint): (&ContactPoint<D>, &Constraint<D>)| {
             // Edges that have become parallel have no gap.
             let gap = surface.gap(contact.pair, then, &constraint.jacobian.frame[0]);
-            let miss = gap.map_or(0.0, |gap| gap - contact.offset[0]);
+            let gap_error = gap.map_or(0.0, |gap| gap - contact.offset[0]);
             let sinks = || {
-                miss < -GAP_ERROR * tolerance
+                gap_error < -GAP_ERROR * tolerance
                     && surface.project(contact.pair, then).outside <= tolerance
             };
             if constraint.impulse[0] > 0.0 || sinks() {
-                miss
+                gap_error
             } else {
                 0.0
             }
         };
-        let pairs = self.contact_points.par_iter().zip(&hold.constraints);
-        let misses = pairs.with_min_len(CONTACTS_PER_TASK).map(miss);
-        misses.collect_into_vec(&mut hold.misses);
-        let is_far = |miss: &f64| miss.abs() > GAP_ERROR * context.tolerance;
-        hold.misses.iter().any(is_far)
+        let pairs = self.contact_points.par_iter().zip(&workspace.constraints);
+        let gap_errors = pairs.with_min_len(CONTACTS_PER_TASK).map(gap_error);
+        gap_errors.collect_into_vec(&mut workspace.gap_errors);
+        let is_far = |gap_error: &f64| gap_error.abs() > GAP_ERROR * context.tolerance;
+        workspace.gap_errors.iter().any(is_far)
     }
 }

@@ -214,10 +214,10 @@ impl<const D: usize> Island<D> {
         let mut between = self.between(context, pairs);
         for &pair in pairs {
             let known = between.entry(ordered(context.blocks(pair))).or_default();
-            let says = |&number: &usize| {
+            let is_duplicate = |&number: &usize| {
                 self.contact_points[number].is_duplicate_of(context, pair, drift_interval)
             };
-            if !known.iter().any(says) {
+            if !known.iter().any(is_duplicate) {
                 known.push(self.contact_points.len());
                 self.activate(context, drift_interval.at_touch, pair, time);
             }
@@ -256,7 +256,7 @@ impl<const D: usize> Island<D> {
         let (surface, blocks) = (context.surface, context.blocks(pair));
         let projection = surface.project(pair, at);
         let (kind, area) = surface.classify(pair, at, context.tolerance);
-        let foot = projection.foot.map(|w| w.clamp(0.0, 1.0));
+        let foot = projection.clamped_foot();
         let record = ContactHistory {
             kind,
             time_on: time,

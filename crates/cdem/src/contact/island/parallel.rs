@@ -98,9 +98,9 @@ pub(crate) fn kick<const D: usize>(
     }
     let due = islands.iter().filter(|island| is_due(island));
     energies.add(due.clone().map(|island| island.workspace.kick.energies()));
-    for hold in due.map(|island| &island.workspace.kick) {
-        hold.redo(motion.velocity);
-        for solved in hold.solved() {
+    for workspace in due.map(|island| &island.workspace.kick) {
+        workspace.redo(motion.velocity);
+        for solved in workspace.solved() {
             let receive = |node, impulse: &[f64; D]| received.push((node, *impulse));
             solved.jacobian.apply_transpose(&solved.impulse, receive);
         }

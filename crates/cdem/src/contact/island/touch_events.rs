@@ -117,23 +117,23 @@ impl<const D: usize> TouchEvents<D> {
         );
     }
 
-    /// Examines some pairs again after a kick: those left open though they touch and, if
-    /// contacts `parted`, those closed or refused before. Those that would penetrate before the
-    /// next kick become touch events.
+    /// Examines some pairs again after a kick: those left open though they touch and, if the kick
+    /// `has_released` contacts, those closed or refused before. Those that would penetrate before
+    /// the next kick become touch events.
     pub(crate) fn reexamine(
         &mut self,
         island: &mut Island<D>,
         context: &ContactContext<D>,
         motion: &KickedView<D>,
         duration: f64,
-        parted: bool,
+        has_released: bool,
     ) {
         let is_open = |touch: TouchState| match touch {
             TouchState::Due => true,
-            TouchState::Closed | TouchState::Refused => parted,
+            TouchState::Closed | TouchState::Refused => has_released,
             TouchState::Never | TouchState::At(..) => false,
         };
-        if parted || self.states.iter().any(|(_, touch)| is_open(*touch)) {
+        if has_released || self.states.iter().any(|(_, touch)| is_open(*touch)) {
             let again = |_: &[u32], old: TouchState, _: Pair| is_open(old);
             let now = DriftProgress::start(duration);
             self.examine(island, context, motion, ClosureRule::InDrift, now, again);
@@ -253,7 +253,7 @@ impl<const D: usize> TouchEvents<D> {
         let pairs = &self.closed;
         let is_closed = |pair: &Pair| pairs.binary_search(pair).is_ok();
         let remaining = now.remaining();
-        let look = |&(_, pair): &(usize, Pair)| {
+        let check = |&(_, pair): &(usize, Pair)| {
             if is_closed(&pair) {
                 (PairCheck::Touch(TouchState::Closed), None)
             } else {
@@ -261,9 +261,9 @@ impl<const D: usize> TouchEvents<D> {
             }
         };
         let pairs = self.examined.par_iter().with_min_len(CONTACTS_PER_TASK);
-        pairs.map(look).collect_into_vec(&mut self.quick_checks);
+        pairs.map(check).collect_into_vec(&mut self.quick_checks);
         // At rest the quick check settles most pairs, so the index is built only if needed.
-        let more = |(look, _): &(PairCheck, _)| matches!(look, PairCheck::Within(_));
+        let more = |(check, _): &(PairCheck, _)| matches!(check, PairCheck::Within(_));
         if self.quick_checks.iter().any(more) {
             self.active_set.rebuild(contact, context.surface, motion);
         }
@@ -271,7 +271,7 @@ impl<const D: usize> TouchEvents<D> {
             index: &self.active_set,
             contact_points: contact,
         };
-        let touch = |(&(_, pair), &(look, _)): (&(usize, Pair), &(PairCheck, _))| match look {
+        let touch = |(&(_, pair), &(check, _)): (&(usize, Pair), &(PairCheck, _))| match check {
             PairCheck::Touch(touch) => touch,
             PairCheck::Within(span) => touch(closed, context, motion, pair, span, now),
         };
@@ -281,8 +281,8 @@ impl<const D: usize> TouchEvents<D> {
             .zip(&self.quick_checks)
             .with_min_len(CONTACTS_PER_TASK);
         pairs.map(touch).collect_into_vec(&mut self.full_checks);
-        let told = self.quick_checks.iter().zip(&self.full_checks);
-        for (&(place, _), (&(_, apart), &touch)) in self.examined.iter().zip(told) {
+        let checks = self.quick_checks.iter().zip(&self.full_checks);
+        for (&(place, _), (&(_, apart), &touch)) in self.examined.iter().zip(checks) {
             let (number, of_pair) = &mut self.states[place];
             *of_pair = touch;
             if let Some(apart) = apart {
@@ -344,12 +344,12 @@ fn check_pair<const D: usize>(
         depth: rule.depth() * tolerance,
         clear,
     };
-    let look = if surface.stays_in_contact(pair, motion, remaining, slack) {
+    let check = if surface.stays_in_contact(pair, motion, remaining, slack) {
         PairCheck::Touch(TouchState::Never)
     } else {
         PairCheck::Within(if is_slow { 0.0 } else { remaining })
     };
-    (look, Some(apart))
+    (check, Some(apart))
 }
 
 /// Returns the time of touch of a pair within `span` seconds from now. Takes the closed
@@ -397,7 +397,7 @@ fn owning_pair<'a, const D: usize>(
     };
     // Contacts at the same point come first: this test costs less.
     let mut gap = None;
-    let bars = |contact: &ContactPoint<D>| {
+    let excludes = |contact: &ContactPoint<D>| {
         contact.is_duplicate_of(context, pair, drift_interval)
             || is_here(contact) && {
                 let held = surface.project(contact.pair, later);
@@ -408,19 +408,19 @@ fn owning_pair<'a, const D: usize>(
                     && !contact.leaves_uncovered(context, pair, drift_interval)
             }
     };
-    if beside.clone().any(bars) {
+    if beside.clone().any(excludes) {
         return None;
     }
     let best = select_feature_pair(surface, pair, [then, later], tolerance, |_| true);
-    let says = |contact: &ContactPoint<D>| {
+    let is_duplicate = |contact: &ContactPoint<D>| {
         best.is_some_and(|best| contact.is_duplicate_of(context, best, drift_interval))
     };
-    if best.is_some() && !beside.clone().any(says) {
+    if best.is_some() && !beside.clone().any(is_duplicate) {
         return best;
     }
     // The touch belongs to a closed contact, or passes it, unless that lets the pair penetrate.
     let held: SmallVec<[&ContactPoint<D>; 8]> = beside
-        .filter(|contact| is_here(contact) || says(contact))
+        .filter(|contact| is_here(contact) || is_duplicate(contact))
         .collect();
     let is_left = |pair| {
         held.iter()

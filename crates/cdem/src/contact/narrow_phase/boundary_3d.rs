@@ -58,6 +58,7 @@ impl Boundary3d {
         sharp.all(|is_sharp| is_sharp)
     }
 
+    /// Returns the length of an edge, m.
     pub(crate) fn length(&self, edge: u32, at: Configuration<3>) -> f64 {
         let [a, b] = self.triangulation.edge(edge, at);
         norm(&sub(&b, &a))

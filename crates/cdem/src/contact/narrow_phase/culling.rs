@@ -13,15 +13,15 @@ use crate::contact::tolerances::{EDGE_TURN_RATE, FACE_TURN_RATE, FLUSH, SIDE_TUR
 use crate::math::vector::{norm, sub};
 
 impl Boundary3d {
-    /// Tests a vertex no farther from a triangle than about reach and tolerance.
+    /// Tests a vertex no farther from a triangle than about the motion and the tolerance.
     pub(crate) fn cull_point_triangle(
         &self,
         pair: Pair,
         at: Configuration<3>,
         range: CullingRange,
     ) -> CullingResult {
-        let CullingRange { reach, tolerance } = range;
-        let (vertex, far) = (pair.main, reach.max(tolerance));
+        let CullingRange { motion, tolerance } = range;
+        let (vertex, far) = (pair.main, motion.max(tolerance));
         let facing = self.point_triangle(vertex, pair.target, at);
         if facing.gap > far || facing.gap < -far - tolerance || facing.foot_distance().1 > far {
             return CullingResult::Far;
@@ -33,22 +33,22 @@ impl Boundary3d {
         until_turned(turn * smallest / FACE_TURN_RATE, range)
     }
 
-    /// Tests two edges no farther from each other than about reach and tolerance.
+    /// Tests two edges no farther from each other than about the motion and the tolerance.
     pub(crate) fn cull_edge_edge(
         &self,
         edges: [u32; 2],
         at: Configuration<3>,
         range: CullingRange,
     ) -> CullingResult {
-        let CullingRange { reach, tolerance } = range;
+        let CullingRange { motion, tolerance } = range;
         let [main, target] = edges.map(|edge| self.triangulation.edge(edge, at));
-        if distance(&main, &target) > reach.max(tolerance) + tolerance {
+        if distance(&main, &target) > motion.max(tolerance) + tolerance {
             return CullingResult::Far;
         }
         let lengths = [target, main].map(|[a, b]| norm(&sub(&b, &a)));
         let sharpens = |k: usize| self.triangulation.sharpens_after(edges[k], lengths[k], at);
         let sharpens = f64::max(sharpens(0), sharpens(1));
-        if reach <= sharpens {
+        if motion <= sharpens {
             return CullingResult::ExcludedUntil(sharpens);
         }
         let Some(crossing) = self.edge_edge(edges[0], edges[1], at) else {
@@ -65,11 +65,11 @@ impl Boundary3d {
 /// Returns the result for a pair that cannot touch before the travels of its nodes add up to
 /// `turned`, m; ≤ 0 if nothing must turn.
 fn until_turned(turned: f64, range: CullingRange) -> CullingResult {
-    let CullingRange { reach, tolerance } = range;
-    if reach.max(tolerance) >= turned {
+    let CullingRange { motion, tolerance } = range;
+    if motion.max(tolerance) >= turned {
         CullingResult::Near
     } else {
-        // Whatever the reach is later: a touch at a corner may belong to any feature there within
+        // Whatever the motion is later: a touch at a corner may belong to any feature there within
         // the tolerance.
         CullingResult::ExcludedUntil(turned - tolerance)
     }

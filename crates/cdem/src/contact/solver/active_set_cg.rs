@@ -25,7 +25,7 @@ pub(super) struct ActiveSetCg<const D: usize, P> {
     /// True for each row whose impulse is within its bounds.
     free: Vec<[bool; D]>,
     /// Velocity errors in free rows, m/s.
-    missing: Vec<[f64; D]>,
+    velocity_errors: Vec<[f64; D]>,
     /// Search direction, N·s; the relative velocities that it makes in all rows, and the
     /// velocities that it makes in SIMD blocks, m/s.
     direction: Vec<[f64; D]>,
@@ -53,15 +53,15 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         let mut made = 0;
         while made < steps && active_set_cg.worst(self) > 0.1 * least {
             made += 1;
-            let (descent, steepest) = active_set_cg.turn(self);
-            let (bound, end) = active_set_cg.bound(self);
+            let (descent, steepest) = active_set_cg.next_direction(self);
+            let (bound, end) = active_set_cg.step_to_bound(self);
             let step = descent.min(bound);
             if step * steepest > LARGEST_GROWTH * scale {
                 break;
             }
             active_set_cg.advance(self, step);
             if let Some(end) = end.filter(|_| bound <= descent) {
-                active_set_cg.stop(self, end);
+                active_set_cg.fix_at_bound(self, end);
             }
         }
         self.active_set_cg = active_set_cg;
@@ -75,7 +75,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
         let count = system.points.len();
         self.square = 0.0;
         self.free.resize(count, [false; D]);
-        self.missing.resize(count, [0.0; D]);
+        self.velocity_errors.resize(count, [0.0; D]);
         self.direction.resize(count, [0.0; D]);
         self.response.resize(count, [0.0; D]);
         self.velocity.resize(system.velocity.len(), P::default());
@@ -88,7 +88,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
             let slips = point.bounds.slips(&point.impulse);
             let free = std::array::from_fn(|r| point.moves(r) && !opens && (r == 0 || !slips));
             let relative = &self.response[place];
-            self.missing[place] = std::array::from_fn(|r| {
+            self.velocity_errors[place] = std::array::from_fn(|r| {
                 if free[r] {
                     point.target[r] - relative[r]
                 } else {
@@ -102,18 +102,22 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
 
     /// Returns the largest velocity error, m/s.
     fn worst(&self, system: &ContactSystem<D, P>) -> f64 {
-        let missing = system.active().flat_map(|(place, _)| &self.missing[place]);
-        missing.fold(0.0, |worst, x| worst.max(x.abs()))
+        let velocity_errors = system
+            .active()
+            .flat_map(|(place, _)| &self.velocity_errors[place]);
+        velocity_errors.fold(0.0, |worst, x| worst.max(x.abs()))
     }
 
     /// Computes the next direction. Returns the step to the minimum along it, and the largest
     /// velocity that one contact's component of it makes alone, m/s.
-    fn turn(&mut self, system: &ContactSystem<D, P>) -> (f64, f64) {
+    fn next_direction(&mut self, system: &ContactSystem<D, P>) -> (f64, f64) {
         let mut square = 0.0;
         for (place, point) in system.active() {
-            let (missing, compliance) = (&self.missing[place], &point.compliance);
-            for r in (0..D).filter(|&r| missing[r] != 0.0) {
-                square += missing[r] * missing[r] / compliance[r.min(1)];
+            let (velocity_errors, inverse_effective_mass) =
+                (&self.velocity_errors[place], &point.inverse_effective_mass);
+            for r in (0..D).filter(|&r| velocity_errors[r] != 0.0) {
+                square +=
+                    velocity_errors[r] * velocity_errors[r] / inverse_effective_mass[r.min(1)];
             }
         }
         let ratio = if self.square > 0.0 {
@@ -125,28 +129,31 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
         for &simd_block in &self.simd_blocks {
             self.velocity[simd_block as usize] = P::default();
         }
-        let missing = &self.missing;
-        let turn = |place: usize, direction: &mut [f64; D]| {
-            let (missing, compliance) = (&missing[place], &system.points[place].compliance);
+        let velocity_errors = &self.velocity_errors;
+        let next_direction = |place: usize, direction: &mut [f64; D]| {
+            let (velocity_errors, inverse_effective_mass) = (
+                &velocity_errors[place],
+                &system.points[place].inverse_effective_mass,
+            );
             let mut steepest = 0.0_f64;
             for r in 0..D {
-                let alone = if missing[r] == 0.0 {
+                let alone = if velocity_errors[r] == 0.0 {
                     0.0
                 } else {
-                    missing[r] / compliance[r.min(1)]
+                    velocity_errors[r] / inverse_effective_mass[r.min(1)]
                 };
                 direction[r] = alone + ratio * direction[r];
-                steepest = steepest.max(direction[r].abs() * compliance[r.min(1)]);
+                steepest = steepest.max(direction[r].abs() * inverse_effective_mass[r.min(1)]);
             }
             (*direction, steepest)
         };
-        let steepest = system.respond(&mut self.direction, &mut self.velocity, turn);
+        let steepest = system.respond(&mut self.direction, &mut self.velocity, next_direction);
         system.relative_velocities(&mut self.velocity, &mut self.response);
         let (mut own, mut curvature) = (0.0, 0.0);
         for (place, point) in system.active() {
             let (direction, response) = (&self.direction[place], &self.response[place]);
             for r in 0..D {
-                own += direction[r] * direction[r] * point.compliance[r.min(1)];
+                own += direction[r] * direction[r] * point.inverse_effective_mass[r.min(1)];
             }
             curvature += dot(response, direction);
         }
@@ -162,7 +169,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
     }
 
     /// Returns the step at which the first contact reaches a bound, and that bound.
-    fn bound(&self, system: &ContactSystem<D, P>) -> (f64, Option<StepBound>) {
+    fn step_to_bound(&self, system: &ContactSystem<D, P>) -> (f64, Option<StepBound>) {
         let mut first = (f64::INFINITY, None);
         for (place, point) in system.active() {
             let (free, direction) = (&self.free[place], &self.direction[place]);
@@ -183,11 +190,11 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
     }
 
     fn advance(&mut self, system: &mut ContactSystem<D, P>, step: f64) {
-        let (points, awake) = (&mut system.points, system.colours.active());
-        for place in awake.iter().map(|&place| place as usize) {
+        let (points, active) = (&mut system.points, system.colours.active());
+        for place in active.iter().map(|&place| place as usize) {
             add_scaled(&mut points[place].impulse, step, &self.direction[place]);
             for r in (0..D).filter(|&r| self.free[place][r]) {
-                self.missing[place][r] -= step * self.response[place][r];
+                self.velocity_errors[place][r] -= step * self.response[place][r];
             }
         }
         let step = BlockFactors::new(Scalar::new(), &[step]);
@@ -202,7 +209,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
     }
 
     /// Fixes a contact at its bound, and restarts with the smaller active set.
-    fn stop(&mut self, system: &mut ContactSystem<D, P>, end: StepBound) {
+    fn fix_at_bound(&mut self, system: &mut ContactSystem<D, P>, end: StepBound) {
         let (place, first) = match end {
             StepBound::Open(place) => (place, 0),
             StepBound::Slip(place) => (place, 1),
@@ -214,7 +221,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
             system.add_to(place, &rest);
         }
         self.free[place][first..].fill(false);
-        self.missing[place][first..].fill(0.0);
+        self.velocity_errors[place][first..].fill(0.0);
         self.square = 0.0;
     }
 }

@@ -223,7 +223,7 @@ impl<V: SimdBlock> NodeValues<'_, V> {
         }
         assert!(are_beside);
         // SAFETY: the caller of `new` guarantees the values of these nodes, which lie side by
-        // side. The reads end before `pack` or `change` lends a value.
+        // side. The reads end before `simd_block` or `change` lends a value.
         std::array::from_fn(|n| unsafe {
             let first = self.values.first.add(node as usize).cast::<f64>();
             *first.add(lane + n * stride)

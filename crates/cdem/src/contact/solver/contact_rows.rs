@@ -58,9 +58,9 @@ pub(super) struct ContactRows<const D: usize> {
     pub(super) by_normal: [f64; D],
     /// Inverse effective mass of the normal and of the tangents, 1/kg; 0 where the nodes are
     /// prescribed. One value for all tangents keeps the friction disc a disc.
-    pub(super) compliance: [f64; 2],
+    pub(super) inverse_effective_mass: [f64; 2],
     /// Effective mass of each row, kg; 0 where the nodes are prescribed along it.
-    pub(super) inertia: [f64; D],
+    pub(super) effective_mass: [f64; D],
     pub(super) target: [f64; D],
     pub(super) bounds: FrictionBounds,
     pub(super) impulse: [f64; D],
@@ -146,9 +146,9 @@ impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
         velocity: &mut impl SimdBlocks<P>,
     ) {
         if P::BY_COLUMNS {
-            for (term, lever) in self.by_columns(point) {
-                let on_node = lever.on_node(term, impulse);
-                lever.push(simd, &self.columns, &on_node, velocity);
+            for (term, column_term) in self.by_columns(point) {
+                let on_node = column_term.on_node(term, impulse);
+                column_term.push(simd, &self.columns, &on_node, velocity);
             }
             return;
         }
@@ -177,7 +177,7 @@ impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
 impl<const D: usize> ContactRows<D> {
     /// True if an impulse in row `r` moves a node.
     pub(super) fn moves(&self, r: usize) -> bool {
-        self.inertia[r] > 0.0
+        self.effective_mass[r] > 0.0
     }
 
     /// Returns `weight` times the relative velocities, m/s, that the change of the impulse since
@@ -185,7 +185,7 @@ impl<const D: usize> ContactRows<D> {
     #[inline(always)]
     fn proximal_impulse(&self, impulse: &[f64; D], weight: f64) -> [f64; D] {
         let change = |r: usize| impulse[r] - self.start[r];
-        std::array::from_fn(|r| weight * self.compliance[r.min(1)] * change(r))
+        std::array::from_fn(|r| weight * self.inverse_effective_mass[r.min(1)] * change(r))
     }
 
     /// Returns the largest error of the relative velocity that a proximal term of weight
@@ -206,7 +206,7 @@ impl<const D: usize> ContactRows<D> {
     pub(super) fn square(&self, step: &[f64; D]) -> f64 {
         let mut square = 0.0;
         for r in 0..D {
-            square += self.compliance[r.min(1)] * step[r] * step[r];
+            square += self.inverse_effective_mass[r.min(1)] * step[r] * step[r];
         }
         square
     }
@@ -246,10 +246,13 @@ impl<const D: usize> ContactRows<D> {
         } else {
             [0.0; D]
         };
-        let (normal, tangent) = (one_plus * self.compliance[0], one_plus * self.compliance[1]);
+        let (normal, tangent) = (
+            one_plus * self.inverse_effective_mass[0],
+            one_plus * self.inverse_effective_mass[1],
+        );
         if normal > 0.0 {
             let wanted = self.target[0] - relative[0] - back[0];
-            let closed = old[0] + wanted * (inverse * self.inertia[0]);
+            let closed = old[0] + wanted * (inverse * self.effective_mass[0]);
             // A NaN must remain NaN, so that it is detected.
             let opens = closed < -self.bounds.tension;
             impulse[0] = if opens { -self.bounds.tension } else { closed };
@@ -262,7 +265,7 @@ impl<const D: usize> ContactRows<D> {
         }
         for r in 1..D {
             let wanted = self.target[r] - relative[r] - back[r] - self.by_normal[r] * push;
-            impulse[r] += wanted * (inverse * self.inertia[r]);
+            impulse[r] += wanted * (inverse * self.effective_mass[r]);
         }
         self.bounds.clamp_shear(&mut impulse);
         let sheared = shear_square(&sub(&impulse, old)) * (tangent * tangent);

@@ -24,8 +24,8 @@ pub(super) struct DofMap {
     /// All of them, sorted.
     nodes: Vec<u32>,
     /// Nodes with a slot, whose velocities change at each visit, sorted; and their slots.
-    slots: Vec<u32>,
-    seats: Vec<DofSlot>,
+    slot_nodes: Vec<u32>,
+    slots: Vec<DofSlot>,
     /// The other nodes, sorted: those of blocks that move by columns and that no contact
     /// touches. They need no velocity before the impulses are known.
     others: Vec<u32>,
@@ -39,14 +39,14 @@ pub(super) struct DofMap {
 pub(super) struct CoupledNodes {
     nodes: Range<u32>,
     /// Their ranges among the nodes with a slot, the other nodes, and the SIMD blocks.
-    pub(super) seats: Range<usize>,
+    pub(super) slots: Range<usize>,
     pub(super) others: Range<usize>,
     pub(super) simd_blocks: Range<u32>,
 }
 
 impl DofSlot {
     /// Returns the slots of `nodes` nodes that one mass matrix couples, in SIMD blocks from
-    /// `pack` on; and the number of these SIMD blocks.
+    /// `simd_block` on; and the number of these SIMD blocks.
     fn of<const D: usize, P: SimdBlock>(
         nodes: usize,
         simd_block: usize,
@@ -56,11 +56,11 @@ impl DofSlot {
         } else {
             (D * nodes.div_ceil(P::WIDTH), P::WIDTH)
         };
-        let seats = (0..nodes).map(move |k| Self {
+        let slots = (0..nodes).map(move |k| Self {
             first: (P::WIDTH * (simd_block + D * (k / P::WIDTH)) + k % P::WIDTH) as u32,
             stride: stride as u32,
         });
-        (seats, simd_blocks)
+        (slots, simd_blocks)
     }
 
     /// Returns the position of a component.
@@ -80,8 +80,8 @@ impl DofMap {
         columns: &mut InverseMassColumns<D, P>,
     ) {
         self.nodes.clear();
+        self.slot_nodes.clear();
         self.slots.clear();
-        self.seats.clear();
         self.others.clear();
         self.groups.clear();
         self.simd_blocks = 0;
@@ -91,22 +91,22 @@ impl DofMap {
             let coupled = inertia.coupled(node as usize);
             let coupled = coupled.start as u32..coupled.end as u32;
             let (own, rest) = moved.split_at(moved.partition_point(|node| *node < coupled.end));
-            let starts = (self.slots.len(), self.others.len());
+            let starts = (self.slot_nodes.len(), self.others.len());
             self.nodes.extend(coupled.clone());
             if P::BY_COLUMNS {
                 let is_other = |node: &u32| own.binary_search(node).is_err();
-                self.slots.extend(own);
+                self.slot_nodes.extend(own);
                 self.others.extend(coupled.clone().filter(is_other));
                 columns.add(inertia, own, &self.others[starts.1..]);
             } else {
-                self.slots.extend(coupled.clone());
+                self.slot_nodes.extend(coupled.clone());
             }
-            let count = self.slots.len() - starts.0;
-            let (seats, simd_blocks) = DofSlot::of::<D, P>(count, self.simd_blocks);
-            self.seats.extend(seats);
+            let count = self.slot_nodes.len() - starts.0;
+            let (slots, simd_blocks) = DofSlot::of::<D, P>(count, self.simd_blocks);
+            self.slots.extend(slots);
             self.groups.push(CoupledNodes {
                 nodes: coupled,
-                seats: starts.0..self.slots.len(),
+                slots: starts.0..self.slot_nodes.len(),
                 others: starts.1..self.others.len(),
                 simd_blocks: self.simd_blocks as u32..(self.simd_blocks + simd_blocks) as u32,
             });
@@ -122,7 +122,10 @@ impl DofMap {
 
     /// Returns the nodes with a slot, sorted.
     pub(super) fn slots(&self) -> impl ExactSizeIterator<Item = (u32, DofSlot)> + '_ {
-        self.slots.iter().copied().zip(self.seats.iter().copied())
+        self.slot_nodes
+            .iter()
+            .copied()
+            .zip(self.slots.iter().copied())
     }
 
     /// Returns the nodes without a slot, sorted.
@@ -142,17 +145,17 @@ impl DofMap {
     /// Returns the index of a node among those with a slot, its slot, and the SIMD blocks of
     /// all nodes that a mass matrix couples to it.
     pub(super) fn find(&self, node: u32) -> (usize, DofSlot, Range<u32>) {
-        let place = self.slots.partition_point(|&other| other < node);
-        (place, self.seats[place], self.packs_around(node))
+        let place = self.slot_nodes.partition_point(|&other| other < node);
+        (place, self.slots[place], self.simd_blocks_around(node))
     }
 
-    fn packs_around(&self, node: u32) -> Range<u32> {
+    fn simd_blocks_around(&self, node: u32) -> Range<u32> {
         let group = self.groups.partition_point(|group| group.nodes.end <= node);
         self.groups[group].simd_blocks.clone()
     }
 
     /// Appends the SIMD blocks that a contact moves to `all`.
-    pub(super) fn add_packs<const D: usize>(
+    pub(super) fn add_simd_blocks<const D: usize>(
         &self,
         jacobian: &ContactJacobian<D>,
         mobility: KickMobility<D>,
@@ -160,7 +163,7 @@ impl DofMap {
     ) {
         let start = all.len();
         for (_, node, _) in nodes_of(jacobian, mobility).filter(|(.., held)| !held) {
-            let simd_blocks = self.packs_around(node);
+            let simd_blocks = self.simd_blocks_around(node);
             if !all[start..].contains(&simd_blocks.start) {
                 all.extend(simd_blocks);
             }

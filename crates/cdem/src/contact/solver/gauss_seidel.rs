@@ -75,7 +75,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         };
         self.activate_all();
         let (residual, scale) = if self.points.len() <= FEW_CONTACTS {
-            self.follow(&mut progress, 0.0)
+            self.iterate_active(&mut progress, 0.0)
         } else {
             self.activate_and_iterate(&mut progress)
         };
@@ -90,8 +90,8 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         residual.max(missed.fold(0.0, f64::max) / scale)
     }
 
-    /// Solves a large island: alternates a sweep over all contacts with [`Self::follow`], which
-    /// deactivates converged ones. Ends with a sweep over all. Returns its residual and its
+    /// Solves a large island: alternates a sweep over all contacts with [`Self::iterate_active`],
+    /// which deactivates converged ones. Ends with a sweep over all. Returns its residual and its
     /// scale, m/s.
     fn activate_and_iterate(&mut self, progress: &mut SolveProgress) -> (f64, f64) {
         progress.deactivation_threshold = CONVERGED_FRACTION * progress.done;
@@ -108,14 +108,14 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
                 progress.deactivation_threshold = 0.0;
             }
             before = residual;
-            self.follow(progress, scale);
+            self.iterate_active(progress, scale);
         }
     }
 
     /// Runs phases 1 to 4 with the active contacts until their residual is met or the solve is
     /// over. Deactivates contacts as they converge. `scale` is that of all contacts, m/s.
     /// Returns the residual and the scale of the last sweep.
-    fn follow(&mut self, progress: &mut SolveProgress, scale: f64) -> (f64, f64) {
+    fn iterate_active(&mut self, progress: &mut SolveProgress, scale: f64) -> (f64, f64) {
         let (done, least) = (progress.done, progress.least);
         let mut directions = std::mem::take(&mut self.directions);
         directions.begin(self);
@@ -127,14 +127,14 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             let own = swept.scale;
             let (residual, scale) = (of_own * own / own.max(scale), own.max(scale));
             progress.effort += 1;
-            progress.last += u32::from(progress.proximal_weight > 0.0);
+            progress.proximal_sweeps += u32::from(progress.proximal_weight > 0.0);
             sweeps += 1;
             if residual.is_nan() || residual <= done || progress.is_over() {
                 break (residual, scale);
             }
-            let pause = sweeps % STALL_SWEEPS == 0;
-            if progress.proximal_weight > 0.0 || !pause || residual <= STALL_RATIO * last {
-                last = if pause { residual } else { last };
+            let is_check = sweeps % STALL_SWEEPS == 0;
+            if progress.proximal_weight > 0.0 || !is_check || residual <= STALL_RATIO * last {
+                last = if is_check { residual } else { last };
                 // The first sweep after active-set CG may change contacts that the next one
                 // changes back.
                 if sweeps > 1 {
@@ -156,9 +156,9 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             }
             let left = (MAX_SWEEPS - LAST_SWEEPS).saturating_sub(progress.effort);
             if failed_tries < CG_TRIES && left > 0 {
-                let steps = left.min(CG_STEPS << progress.descents);
+                let steps = left.min(CG_STEPS << progress.cg_doublings);
                 progress.effort += self.descend(steps, least.max(done * scale), scale);
-                progress.descents = LONGEST_CG_DOUBLING.min(progress.descents + 1);
+                progress.cg_doublings = LONGEST_CG_DOUBLING.min(progress.cg_doublings + 1);
             } else {
                 // All contacts take part in the last sweeps, until they converge again.
                 progress.proximal_weight = PROXIMAL_WEIGHT;
@@ -198,16 +198,16 @@ struct SolveProgress {
     /// The number of sweeps and CG steps.
     effort: u32,
     /// The number of times that the limit of CG steps has doubled.
-    descents: u32,
+    cg_doublings: u32,
     proximal_weight: f64,
     /// The number of sweeps with the proximal term.
-    last: u32,
+    proximal_sweeps: u32,
 }
 
 impl SolveProgress {
     /// True if the solve must stop.
     fn is_over(&self) -> bool {
-        self.last >= LAST_SWEEPS || self.effort >= MAX_SWEEPS
+        self.proximal_sweeps >= LAST_SWEEPS || self.effort >= MAX_SWEEPS
     }
 }
 

@@ -98,7 +98,7 @@ pub(super) struct ColumnTerm<const D: usize> {
     /// Start of the column of each component.
     columns: [u32; D],
     /// Fraction of an impulse that damping leaves.
-    pub(super) share: f64,
+    pub(super) damping_factor: f64,
 }
 
 impl<const D: usize> ColumnTerm<D> {
@@ -113,7 +113,7 @@ impl<const D: usize> ColumnTerm<D> {
             slot: simd_blocks.start as u32,
             count: (simd_blocks.len() / D) as u32,
             columns: columns.starts[node].map(|start| start.simd_blocks),
-            share: 1.0,
+            damping_factor: 1.0,
         }
     }
 
@@ -130,7 +130,7 @@ impl<const D: usize> ColumnTerm<D> {
             for r in 0..D {
                 own[c] += impulse[r] * term.columns[c][r];
             }
-            own[c] *= self.share;
+            own[c] *= self.damping_factor;
         }
         own
     }

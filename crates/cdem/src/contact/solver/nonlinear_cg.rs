@@ -16,7 +16,7 @@ use crate::math::vector::scale;
 #[derive(Clone, Debug, Default)]
 pub(super) struct NonlinearCg<P> {
     /// These velocities, and the velocities before the last sweep, m/s.
-    heading: Vec<P>,
+    direction: Vec<P>,
     before: Vec<P>,
     /// Step that each impulse still has to take along its direction. The velocities have taken
     /// it.
@@ -32,17 +32,17 @@ pub(super) struct NonlinearCg<P> {
 impl<P: SimdBlock> NonlinearCg<P> {
     /// Restarts with direction zero from these velocities, m/s, of all SIMD blocks.
     pub(super) fn begin(&mut self, colours: &Colouring, velocity: &[P]) {
-        self.heading.resize(velocity.len(), P::default());
+        self.direction.resize(velocity.len(), P::default());
         self.before.resize(velocity.len(), P::default());
         self.ratio = 0.0;
         self.list(colours);
         if !self.are_listed {
-            self.heading.fill(P::default());
+            self.direction.fill(P::default());
             self.before.copy_from_slice(velocity);
         }
         for &simd_block in &self.listed {
             let simd_block = simd_block as usize;
-            (self.heading[simd_block], self.before[simd_block]) =
+            (self.direction[simd_block], self.before[simd_block]) =
                 (P::default(), velocity[simd_block]);
         }
     }
@@ -88,14 +88,17 @@ impl<P: SimdBlock> NonlinearCg<P> {
             simd_blocks,
             terms,
             point,
-            changes: [(&back, &mut self.heading), (&point.step, &mut self.before)],
+            changes: [
+                (&back, &mut self.direction),
+                (&point.step, &mut self.before),
+            ],
         });
     }
 
     /// Moves velocities along the direction by `ratio` after a sweep.
     pub(super) fn advance(&mut self, ratio: f64, velocity: &mut [P]) {
         self.ratio = ratio;
-        let simd_blocks = [velocity, &mut self.heading, &mut self.before];
+        let simd_blocks = [velocity, &mut self.direction, &mut self.before];
         if self.are_listed {
             let listed = Some(&*self.listed);
             Arch::new().dispatch(AdvanceBlocks {
@@ -118,31 +121,31 @@ impl<P: SimdBlock> NonlinearCg<P> {
 /// since the last call.
 #[inline(always)]
 fn advance<P: SimdBlock>(ratio: f64, simd_blocks: [&mut P; 3]) {
-    let [velocity, heading, before] = simd_blocks;
-    let (velocity, heading) = (velocity.numbers_mut(), heading.numbers_mut());
+    let [velocity, direction, before] = simd_blocks;
+    let (velocity, direction) = (velocity.numbers_mut(), direction.numbers_mut());
     let before = before.numbers_mut();
     for c in 0..P::WIDTH {
-        let ahead = ratio * heading[c];
-        heading[c] = ahead + (velocity[c] - before[c]);
+        let ahead = ratio * direction[c];
+        direction[c] = ahead + (velocity[c] - before[c]);
         velocity[c] += ahead;
         before[c] = velocity[c];
     }
 }
 
 /// Moves all SIMD blocks.
-fn advance_all<P: SimdBlock>(ratio: f64, [velocity, heading, before]: [&mut [P]; 3]) {
+fn advance_all<P: SimdBlock>(ratio: f64, [velocity, direction, before]: [&mut [P]; 3]) {
     if velocity.len() > BLOCKS_PER_TASK {
         let middle = velocity.len() / 2;
         let (velocity, more) = velocity.split_at_mut(middle);
-        let (heading, further) = heading.split_at_mut(middle);
+        let (direction, further) = direction.split_at_mut(middle);
         let (before, others) = before.split_at_mut(middle);
-        let (own, rest) = ([velocity, heading, before], [more, further, others]);
+        let (own, rest) = ([velocity, direction, before], [more, further, others]);
         rayon::join(|| advance_all(ratio, own), || advance_all(ratio, rest));
         return;
     }
     Arch::new().dispatch(AdvanceBlocks {
         ratio,
-        simd_blocks: [velocity, heading, before],
+        simd_blocks: [velocity, direction, before],
         listed: None,
     });
 }
@@ -160,21 +163,21 @@ impl<P: SimdBlock> WithSimd for AdvanceBlocks<'_, P> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let [velocity, heading, before] = self.simd_blocks;
+        let [velocity, direction, before] = self.simd_blocks;
         if let Some(listed) = self.listed {
             for &simd_block in listed {
                 let simd_block = simd_block as usize;
                 let own = [
                     &mut velocity[simd_block],
-                    &mut heading[simd_block],
+                    &mut direction[simd_block],
                     &mut before[simd_block],
                 ];
                 advance(self.ratio, own);
             }
             return;
         }
-        for ((velocity, heading), before) in velocity.iter_mut().zip(heading).zip(before) {
-            advance(self.ratio, [velocity, heading, before]);
+        for ((velocity, direction), before) in velocity.iter_mut().zip(direction).zip(before) {
+            advance(self.ratio, [velocity, direction, before]);
         }
     }
 }
@@ -210,12 +213,12 @@ mod tests {
         let start = |k: usize| [0.0, 1.0, 2.0].map(|of| NodeBlock::of(&[(k as f64 + of).sin(); 4]));
         let count = 3 * BLOCKS_PER_TASK + 1;
         let of_all = |which: usize| (0..count).map(|k| start(k)[which]).collect::<Vec<_>>();
-        let [mut velocity, mut heading, mut before] = [0, 1, 2].map(of_all);
-        advance_all(0.7, [&mut velocity, &mut heading, &mut before]);
+        let [mut velocity, mut direction, mut before] = [0, 1, 2].map(of_all);
+        advance_all(0.7, [&mut velocity, &mut direction, &mut before]);
         for k in 0..count {
             let [mut one, mut of_one, mut once] = start(k);
             advance(0.7, [&mut one, &mut of_one, &mut once]);
-            assert_eq!((one, of_one, once), (velocity[k], heading[k], before[k]));
+            assert_eq!((one, of_one, once), (velocity[k], direction[k], before[k]));
         }
     }
 }

@@ -17,22 +17,22 @@ use crate::model::inverse_mass::KickMobility;
 impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
     /// Adds a node to a contact that moves the SIMD blocks of this list.
     pub(super) fn add_node(&mut self, map: &DofMap, node: u32, list: &[u32]) {
-        let (place, seat, simd_blocks) = map.find(node);
-        let first = seat.number(0);
-        let slot = list
+        let (place, slot, simd_blocks) = map.find(node);
+        let first = slot.number(0);
+        let position = list
             .iter()
             .position(|&simd_block| simd_block == simd_blocks.start);
-        let slot = slot.expect("a list of all packs");
+        let position = position.expect("the list has all SIMD blocks of the contact");
         self.jacobian_terms.push(JacobianTerm {
-            slot: (slot + first / P::WIDTH - simd_blocks.start as usize) as u32,
+            slot: (position + first / P::WIDTH - simd_blocks.start as usize) as u32,
             lane: (first % P::WIDTH) as u32,
-            stride: seat.stride,
+            stride: slot.stride,
             columns: [[0.0; 4]; D],
         });
         if P::BY_COLUMNS {
-            let slots = slot..slot + simd_blocks.len();
-            let lever = ColumnTerm::new(&self.columns, place, slots);
-            self.column_terms.push(lever);
+            let positions = position..position + simd_blocks.len();
+            let column_term = ColumnTerm::new(&self.columns, place, positions);
+            self.column_terms.push(column_term);
         }
     }
 }
@@ -61,17 +61,17 @@ fn respond<S: Simd, const D: usize, P: SimdBlock>(
             continue;
         }
         if coupled.len() == 1 {
-            let (gain, rest) = responses.split_at_mut(1);
+            let (response, rest) = responses.split_at_mut(1);
             let inverse = inertia.lumped(nodes[own.start] as usize);
-            for (row, gain) in jacobian.rows[own.start].iter().zip(&mut gain[0]) {
+            for (row, response) in jacobian.rows[own.start].iter().zip(&mut response[0]) {
                 let made: [f64; D] = std::array::from_fn(|c| share * (inverse[c] * row[c]));
-                *gain = P::of(&made);
+                *response = P::of(&made);
             }
             responses = rest;
             continue;
         }
         let (of_own, rest) = responses.split_at_mut(D * coupled.len().div_ceil(P::WIDTH));
-        for (number, gain) in of_own.iter_mut().enumerate() {
+        for (number, response) in of_own.iter_mut().enumerate() {
             let (first, c) = (P::WIDTH * (number / D), number % D);
             let mut made = [P::default(); D];
             for k in own.clone() {
@@ -83,8 +83,8 @@ fn respond<S: Simd, const D: usize, P: SimdBlock>(
             }
             let share = BlockFactors::new(simd, &[share]);
             for r in 0..D {
-                gain[r] = P::default();
-                gain[r].add_scaled(simd, &share, &[made[r]]);
+                response[r] = P::default();
+                response[r].add_scaled(simd, &share, &[made[r]]);
             }
         }
         responses = rest;
@@ -114,10 +114,12 @@ impl<const D: usize, P: SimdBlock> RowAssembly<'_, D, P> {
         let jacobian_terms = self.jacobian_terms;
         let count = more[0].jacobian_terms.start - ends[0];
         let (jacobian_terms, others) = jacobian_terms.split_at_mut(count);
-        let (responses, other_gains) = self
+        let (responses, other_responses) = self
             .responses
             .split_at_mut(more[0].responses.start - ends[1]);
-        let (column_terms, other_levers) = self.column_terms.split_at_mut(levers_of::<P>(count));
+        let (column_terms, other_column_terms) = self
+            .column_terms
+            .split_at_mut(column_term_count::<P>(count));
         let first = Self {
             points,
             jacobian_terms,
@@ -128,8 +130,8 @@ impl<const D: usize, P: SimdBlock> RowAssembly<'_, D, P> {
         let second = Self {
             points: more,
             jacobian_terms: others,
-            responses: other_gains,
-            column_terms: other_levers,
+            responses: other_responses,
+            column_terms: other_column_terms,
             ..self
         };
         rayon::join(|| first.run(), || second.run());
@@ -145,22 +147,23 @@ impl<const D: usize, P: SimdBlock> WithSimd for RowAssembly<'_, D, P> {
             (self.jacobian_terms, self.responses, self.column_terms);
         for point in self.points {
             let (own, rest) = jacobian_terms.split_at_mut(point.jacobian_terms.len());
-            let (own_gains, rest_gains) = responses.split_at_mut(point.responses.len());
-            let (own_levers, rest_levers) = column_terms.split_at_mut(levers_of::<P>(own.len()));
+            let (own_responses, rest_responses) = responses.split_at_mut(point.responses.len());
+            let (own_column_terms, rest_column_terms) =
+                column_terms.split_at_mut(column_term_count::<P>(own.len()));
             let jacobian = &self.constraints[point.number as usize].jacobian;
-            let unprescribed = take(own, jacobian, self.mobility);
+            let unprescribed = fill_jacobian_terms(own, jacobian, self.mobility);
             let seen = if P::BY_COLUMNS {
                 let moved = nodes_of(jacobian, self.mobility).filter(|(.., held)| !held);
-                for (lever, (_, node, _)) in own_levers.iter_mut().zip(moved) {
-                    lever.share = self.mobility.damping_factor(node);
+                for (column_term, (_, node, _)) in own_column_terms.iter_mut().zip(moved) {
+                    column_term.damping_factor = self.mobility.damping_factor(node);
                 }
-                seen_by_columns(own, own_levers, self.columns)
+                mobility_from_columns(own, own_column_terms, self.columns)
             } else {
-                respond(simd, own_gains, jacobian, self.mobility);
-                seen_by_gains(own, own_gains)
+                respond(simd, own_responses, jacobian, self.mobility);
+                mobility_from_responses(own, own_responses)
             };
             point.set_effective_mass(&seen, &unprescribed);
-            (jacobian_terms, responses, column_terms) = (rest, rest_gains, rest_levers);
+            (jacobian_terms, responses, column_terms) = (rest, rest_responses, rest_column_terms);
         }
     }
 }
@@ -168,7 +171,7 @@ impl<const D: usize, P: SimdBlock> WithSimd for RowAssembly<'_, D, P> {
 /// Fills the Jacobian terms. Returns the inverse effective mass of each row if no node were
 /// prescribed, 1/kg, from lumped masses.
 #[inline(always)]
-fn take<const D: usize>(
+fn fill_jacobian_terms<const D: usize>(
     jacobian_terms: &mut [JacobianTerm<D>],
     jacobian: &ContactJacobian<D>,
     mobility: KickMobility<D>,
@@ -193,13 +196,13 @@ fn take<const D: usize>(
 }
 
 /// Returns the number of column terms for a number of Jacobian terms.
-const fn levers_of<P: SimdBlock>(jacobian_terms: usize) -> usize {
+const fn column_term_count<P: SimdBlock>(jacobian_terms: usize) -> usize {
     if P::BY_COLUMNS { jacobian_terms } else { 0 }
 }
 
 /// Returns the relative velocity in each row for a unit impulse in each row, 1/kg.
 #[inline(always)]
-fn seen_by_gains<const D: usize, P: SimdBlock>(
+fn mobility_from_responses<const D: usize, P: SimdBlock>(
     jacobian_terms: &[JacobianTerm<D>],
     responses: &[[P; D]],
 ) -> [PaddedVector; D] {
@@ -207,11 +210,11 @@ fn seen_by_gains<const D: usize, P: SimdBlock>(
     for term in jacobian_terms {
         for c in 0..D {
             let lane = term.lane as usize + c * term.stride as usize;
-            let gain = &responses[term.slot as usize + lane / P::WIDTH];
+            let response = &responses[term.slot as usize + lane / P::WIDTH];
             for s in 0..D {
-                let gain = gain[s].numbers()[lane % P::WIDTH];
+                let response = response[s].numbers()[lane % P::WIDTH];
                 for r in 0..4 {
-                    seen[s][r] += gain * term.columns[c][r];
+                    seen[s][r] += response * term.columns[c][r];
                 }
             }
         }
@@ -221,7 +224,7 @@ fn seen_by_gains<const D: usize, P: SimdBlock>(
 
 /// Returns these relative velocities for a contact whose impulses act by columns.
 #[inline(always)]
-fn seen_by_columns<const D: usize, P: SimdBlock>(
+fn mobility_from_columns<const D: usize, P: SimdBlock>(
     jacobian_terms: &[JacobianTerm<D>],
     column_terms: &[ColumnTerm<D>],
     columns: &InverseMassColumns<D, P>,
@@ -231,10 +234,10 @@ fn seen_by_columns<const D: usize, P: SimdBlock>(
         let mut unit = [0.0; D];
         unit[s] = 1.0;
         let pairs = jacobian_terms.iter().zip(column_terms);
-        for (term, lever) in pairs.clone() {
-            let on_node = lever.on_node(term, &unit);
-            for (term, _) in pairs.clone().filter(|(_, other)| lever.moves(other)) {
-                let velocity = lever.velocity_at(columns, &on_node, term);
+        for (term, column_term) in pairs.clone() {
+            let on_node = column_term.on_node(term, &unit);
+            for (term, _) in pairs.clone().filter(|(_, other)| column_term.moves(other)) {
+                let velocity = column_term.velocity_at(columns, &on_node, term);
                 for c in 0..D {
                     for r in 0..4 {
                         seen[r] += velocity[c] * term.columns[c][r];
@@ -260,10 +263,10 @@ impl<const D: usize> ContactRows<D> {
                 own[r][r]
             }
         };
-        self.compliance = [seen(0), (1..D).map(seen).fold(0.0, f64::max)];
-        self.inertia = std::array::from_fn(|r| {
+        self.inverse_effective_mass = [seen(0), (1..D).map(seen).fold(0.0, f64::max)];
+        self.effective_mass = std::array::from_fn(|r| {
             if seen(r) > 0.0 {
-                1.0 / self.compliance[r.min(1)]
+                1.0 / self.inverse_effective_mass[r.min(1)]
             } else {
                 0.0
             }

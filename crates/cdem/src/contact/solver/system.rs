@@ -29,7 +29,7 @@ pub(crate) struct ContactSystem<const D: usize, P> {
     known: Vec<Option<(u32, bool)>>,
     changes: u64,
     /// Map of the nodes that impulses may move.
-    seating: DofMap,
+    dof_map: DofMap,
     /// Velocities, m/s, in SIMD blocks: nodes that one mass matrix couples lie side by side.
     /// SIMD blocks are the nodes of the [colouring](Colouring).
     pub(super) velocity: Vec<P>,
@@ -38,10 +38,10 @@ pub(crate) struct ContactSystem<const D: usize, P> {
     others: Vec<[f64; D]>,
     on_nodes: Vec<[f64; D]>,
     /// Prescribed nodes of contacts, and their largest speed, m/s.
-    held: Vec<PrescribedNode>,
-    held_speed: f64,
+    prescribed: Vec<PrescribedNode>,
+    prescribed_speed: f64,
     /// Search directions of the velocities.
-    heading: NonlinearCg<P>,
+    nonlinear_cg: NonlinearCg<P>,
     /// Order in which contacts are visited.
     pub(super) colours: Colouring,
     /// Rows of the contacts, by position in that order.
@@ -50,7 +50,7 @@ pub(crate) struct ContactSystem<const D: usize, P> {
     /// Nodes that contacts move, sorted, and SIMD blocks of each contact. Kept to reuse their
     /// memory.
     moved: Vec<u32>,
-    packs_of: NodesOf,
+    simd_blocks_of: NodesOf,
     /// Workspace of the solver.
     pub(super) directions: SearchDirections<D>,
     pub(super) active_set_cg: ActiveSetCg<D, P>,
@@ -88,7 +88,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         let mut known = self.known.iter();
         let same = |constraint: &Constraint<D>| {
             let mut nodes = nodes_of(&constraint.jacobian, mobility);
-            nodes.all(|(_, node, held)| known.next() == Some(&Some((node, held))))
+            nodes.all(|(_, node, is_prescribed)| known.next() == Some(&Some((node, is_prescribed))))
                 && known.next() == Some(&None)
         };
         self.changes == mobility.inertia.changes()
@@ -103,9 +103,9 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         let moved = &mut self.moved;
         moved.clear();
         for constraint in constraints {
-            for (_, node, held) in nodes_of(&constraint.jacobian, mobility) {
-                self.known.push(Some((node, held)));
-                if !held {
+            for (_, node, is_prescribed) in nodes_of(&constraint.jacobian, mobility) {
+                self.known.push(Some((node, is_prescribed)));
+                if !is_prescribed {
                     moved.push(node);
                 }
             }
@@ -113,40 +113,44 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         }
         moved.sort_unstable();
         moved.dedup();
-        self.seating
+        self.dof_map
             .slot(moved, mobility.inertia, &mut self.terms.columns);
-        let seating = &self.seating;
-        self.packs_of.clear();
+        let dof_map = &self.dof_map;
+        self.simd_blocks_of.clear();
         for Constraint {
             jacobian: operator, ..
         } in constraints
         {
-            let add =
-                |simd_blocks: &mut Vec<u32>| seating.add_packs(operator, mobility, simd_blocks);
-            self.packs_of.push(add);
+            let add = |simd_blocks: &mut Vec<u32>| {
+                dof_map.add_simd_blocks(operator, mobility, simd_blocks)
+            };
+            self.simd_blocks_of.push(add);
         }
-        self.colours.arrange(seating.simd_blocks(), &self.packs_of);
+        self.colours
+            .arrange(dof_map.simd_blocks(), &self.simd_blocks_of);
         self.arrange(constraints, mobility);
     }
 
     /// Creates the rows of the contacts, in their order.
     fn arrange(&mut self, constraints: &[Constraint<D>], mobility: KickMobility<D>) {
         self.points.clear();
-        self.held.clear();
+        self.prescribed.clear();
         self.terms.clear();
         for place in 0..constraints.len() {
             let number = self.colours.order()[place];
-            let list = self.packs_of.of(number as usize);
+            let list = self.simd_blocks_of.of(number as usize);
             let start = [self.terms.jacobian_terms.len(), self.terms.responses.len()];
-            for (k, node, held) in nodes_of(&constraints[number as usize].jacobian, mobility) {
-                if held {
-                    self.held.push(PrescribedNode {
+            for (k, node, is_prescribed) in
+                nodes_of(&constraints[number as usize].jacobian, mobility)
+            {
+                if is_prescribed {
+                    self.prescribed.push(PrescribedNode {
                         place,
                         of_constraint: k,
                         node,
                     });
                 } else {
-                    self.terms.add_node(&self.seating, node, list);
+                    self.terms.add_node(&self.dof_map, node, list);
                 }
             }
             if !P::BY_COLUMNS {
@@ -158,8 +162,8 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
                 jacobian_terms: start[0]..self.terms.jacobian_terms.len(),
                 responses: start[1]..self.terms.responses.len(),
                 by_normal: [0.0; D],
-                compliance: [0.0; 2],
-                inertia: [0.0; D],
+                inverse_effective_mass: [0.0; 2],
+                effective_mass: [0.0; D],
                 target: [0.0; D],
                 bounds: FrictionBounds::default(),
                 impulse: [0.0; D],
@@ -182,13 +186,13 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         self.velocity
             .resize(self.colours.node_count(), P::default());
         let numbers = bytemuck::cast_slice_mut::<P, f64>(&mut self.velocity);
-        for (node, seat) in self.seating.slots() {
+        for (node, slot) in self.dof_map.slots() {
             for (c, component) in velocity(node).into_iter().enumerate() {
-                numbers[seat.number(c)] = component;
+                numbers[slot.number(c)] = component;
             }
         }
         self.others.clear();
-        let others = self.seating.others().iter();
+        let others = self.dof_map.others().iter();
         self.others.extend(others.map(|&node| velocity(node)));
         self.colours.activate_all();
         self.push(|_, point| {
@@ -215,18 +219,18 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             return;
         }
         self.on_nodes.clear();
-        self.on_nodes.resize(self.seating.slots().len(), [0.0; D]);
+        self.on_nodes.resize(self.dof_map.slots().len(), [0.0; D]);
         for point in &self.points {
             let made = sub(&point.impulse, &point.impulse_before);
-            for (term, lever) in self.terms.by_columns(point) {
-                let own = &mut self.on_nodes[lever.node as usize];
-                add_scaled(own, 1.0, &lever.on_node(term, &made));
+            for (term, column_term) in self.terms.by_columns(point) {
+                let own = &mut self.on_nodes[column_term.node as usize];
+                add_scaled(own, 1.0, &column_term.on_node(term, &made));
             }
         }
-        for group in self.seating.groups() {
+        for group in self.dof_map.groups() {
             let others = &mut self.others[group.others.clone()];
             let columns = &self.terms.columns;
-            columns.move_others(group.seats.clone(), &self.on_nodes, others);
+            columns.move_others(group.slots.clone(), &self.on_nodes, others);
         }
     }
 
@@ -236,14 +240,14 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         constraints: &[Constraint<D>],
         velocity: impl Fn(u32) -> [f64; D],
     ) {
-        self.held_speed = 0.0;
-        for held in &self.held {
-            let point = &mut self.points[held.place];
+        self.prescribed_speed = 0.0;
+        for prescribed in &self.prescribed {
+            let point = &mut self.points[prescribed.place];
             let operator = &constraints[point.number as usize].jacobian;
-            let velocity = velocity(held.node);
-            self.held_speed = self.held_speed.max(norm(&velocity));
+            let velocity = velocity(prescribed.node);
+            self.prescribed_speed = self.prescribed_speed.max(norm(&velocity));
             for r in 0..D {
-                point.target[r] -= dot(&operator.rows[held.of_constraint][r], &velocity);
+                point.target[r] -= dot(&operator.rows[prescribed.of_constraint][r], &velocity);
             }
         }
     }
@@ -263,25 +267,28 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         let squares = self
             .velocities()
             .map(|(_, velocity)| dot(&velocity, &velocity));
-        squares.fold(0.0, f64::max).sqrt().max(self.held_speed)
+        squares
+            .fold(0.0, f64::max)
+            .sqrt()
+            .max(self.prescribed_speed)
     }
 
     /// Returns the nodes that may move, sorted.
     pub(crate) fn nodes(&self) -> &[u32] {
-        self.seating.nodes()
+        self.dof_map.nodes()
     }
 
     /// Returns the nodes that may move, with their velocities, m/s. Those of nodes without a
     /// slot hold after [`Self::end`].
     pub(crate) fn velocities(&self) -> impl Iterator<Item = (u32, [f64; D])> + '_ {
         let numbers = bytemuck::cast_slice::<P, f64>(&self.velocity);
-        let of = |seat: DofSlot| std::array::from_fn(|c| numbers[seat.number(c)]);
-        let seated = self
-            .seating
+        let of = |slot: DofSlot| std::array::from_fn(|c| numbers[slot.number(c)]);
+        let with_slot = self
+            .dof_map
             .slots()
-            .map(move |(node, seat)| (node, of(seat)));
-        let others = self.seating.others().iter().copied();
-        seated.chain(others.zip(self.others.iter().copied()))
+            .map(move |(node, slot)| (node, of(slot)));
+        let others = self.dof_map.others().iter().copied();
+        with_slot.chain(others.zip(self.others.iter().copied()))
     }
 
     /// Makes all contacts active.
@@ -295,17 +302,17 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         if least == 0.0 {
             return;
         }
-        let (points, heading) = (&self.points, &mut self.heading);
+        let (points, nonlinear_cg) = (&self.points, &mut self.nonlinear_cg);
         let terms = &self.terms;
         self.colours.deactivate(|place, simd_blocks| {
             let point = &points[place];
             let stays = point.change >= least * least;
             if !stays && (point.direction, point.step) != ([0.0; D], [0.0; D]) {
-                heading.leave(simd_blocks, terms, point);
+                nonlinear_cg.leave(simd_blocks, terms, point);
             }
             stays
         });
-        self.heading.narrow(&self.colours);
+        self.nonlinear_cg.narrow(&self.colours);
     }
 
     /// Returns the active contacts, with their positions.
@@ -329,7 +336,7 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     pub(super) fn sweep(&mut self, proximal_weight: f64) -> SweepResult {
         let sweep = SweepVisit {
             terms: &self.terms,
-            ratio: self.heading.take_ratio(),
+            ratio: self.nonlinear_cg.take_ratio(),
             proximal_weight: ProximalWeight::new(proximal_weight),
         };
         let [change, scale, square] =
@@ -358,14 +365,14 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             let point = &mut self.points[place as usize];
             (point.direction, point.step) = ([0.0; D], [0.0; D]);
         }
-        self.heading.begin(&self.colours, &self.velocity);
+        self.nonlinear_cg.begin(&self.colours, &self.velocity);
     }
 
     /// Moves each active contact by `ratio` along its last direction, after a sweep. Velocities
     /// move now, all at once. Impulses move in the next sweep, which also cuts them back to
     /// their bounds.
     pub(super) fn advance(&mut self, ratio: f64) {
-        self.heading.advance(ratio, &mut self.velocity);
+        self.nonlinear_cg.advance(ratio, &mut self.velocity);
     }
 
     /// Adds `change` to the impulse of each active contact, and its response to the velocities.

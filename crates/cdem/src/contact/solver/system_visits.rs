@@ -40,7 +40,11 @@ impl<const D: usize, P: SimdBlock> Visit<ContactRows<D>, P, 3> for SweepVisit<'_
             self.terms.push(simd, point, &step, &mut velocity);
         }
         let normal = impulse[0].abs().max(point.impulse_before[0].abs());
-        [change, normal * point.compliance[0], point.square(&step)]
+        [
+            change,
+            normal * point.inverse_effective_mass[0],
+            point.square(&step),
+        ]
     }
 
     #[inline(always)]

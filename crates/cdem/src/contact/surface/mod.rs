@@ -49,7 +49,7 @@ pub(crate) fn beyond_reentrant(turn: f64, depth: f64) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CullingRange {
     /// Largest relative motion of the features, m.
-    pub(crate) reach: f64,
+    pub(crate) motion: f64,
     /// Largest penetration, m.
     pub(crate) tolerance: f64,
 }
@@ -88,6 +88,13 @@ pub(crate) struct Projection {
     pub(crate) foot: [f64; 2],
     /// Distance of the foot point outside the target feature, m; ≤ 0 within it.
     pub(crate) outside: f64,
+}
+
+impl Projection {
+    /// Returns the parameters of the foot point, each clamped to 0 to 1.
+    pub(crate) fn clamped_foot(&self) -> [f64; 2] {
+        self.foot.map(|w| w.clamp(0.0, 1.0))
+    }
 }
 
 /// Place and side at which a Jacobian is assembled.

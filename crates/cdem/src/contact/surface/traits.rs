@@ -60,12 +60,12 @@ pub(crate) trait Distance<const D: usize>: Topology<D> {
     }
     /// Returns the result of the test if the features may touch within a range. The caller tests
     /// only features with a [lower bound](Self::distance_lower_bound) of at most 1.5 times the sum
-    /// of its reach and tolerance.
+    /// of the motion and the tolerance of the range.
     fn cull(&self, pair: Pair, at: Configuration<D>, range: CullingRange) -> CullingResult {
-        let CullingRange { reach, tolerance } = range;
+        let CullingRange { motion, tolerance } = range;
         let projection = self.project(pair, at);
-        let depth = reach + tolerance;
-        if projection.gap <= reach && projection.gap >= -depth && projection.outside <= reach {
+        let depth = motion + tolerance;
+        if projection.gap <= motion && projection.gap >= -depth && projection.outside <= motion {
             CullingResult::Near
         } else {
             CullingResult::Far

@@ -138,12 +138,13 @@ pub(super) fn kick_over<const D: usize>(
             nodes.extend(group.nodes);
             levels.extend(group.nodes.iter().map(|_| group.level));
         }
-        let mut shares = [0, 1].map(|_| vec![[0.0; D]; nodes.len()]);
-        set.kick(due, motion, shares.each_mut().map(|shares| &mut shares[..]));
-        for (impulses, shares) in impulses.iter_mut().zip(&shares) {
-            for ((&node, level), share) in nodes.iter().zip(&levels).zip(shares) {
+        let mut group_impulses = [0, 1].map(|_| vec![[0.0; D]; nodes.len()]);
+        let of_groups = group_impulses.each_mut().map(|all| &mut all[..]);
+        set.kick(due, motion, of_groups);
+        for (impulses, of_groups) in impulses.iter_mut().zip(&group_impulses) {
+            for ((&node, level), impulse) in nodes.iter().zip(&levels).zip(of_groups) {
                 if level.is_some_and(|level| level >= due.coarsest) {
-                    add_scaled(&mut impulses[node as usize], 1.0, share);
+                    add_scaled(&mut impulses[node as usize], 1.0, impulse);
                 }
             }
         }

@@ -158,7 +158,7 @@ pub(crate) struct DampingInput {
     /// Stiffness-proportional damping, s; at least 0.
     #[schemars(extend("minimum" = 0))]
     pub(crate) stiffness: Quantity<Duration>,
-    /// Local damping (Cundall), a share of the force, in [0, 1).
+    /// Local damping (Cundall), a fraction of the force, in [0, 1).
     #[schemars(extend("minimum" = 0, "exclusiveMaximum" = 1))]
     pub(crate) local: Quantity<Ratio>,
 }
@@ -339,8 +339,8 @@ pub(crate) struct ContactInput {
     /// first slip or opening ends it.
     #[schemars(extend("minimum" = 0))]
     pub(crate) tensile_strength: Quantity<Pressure>,
-    /// Two-scale: accepted impact loss as a share of the impact energy, in (0, 1).
-    /// A smaller value asks for smaller elements.
+    /// Two-scale: accepted impact loss as a fraction of the impact energy, in (0, 1). A smaller
+    /// value asks for smaller elements.
     #[schemars(extend("default" = 0.01))]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub(crate) energy_loss: Option<Quantity<Ratio>>,

@@ -26,15 +26,15 @@ impl<const D: usize> BlockBefore<D> {
 pub(super) struct BlockMotion<const D: usize> {
     /// Velocities of the nodes, m/s.
     velocities: Vec<[f64; D]>,
-    /// Part of the velocities that carries neither linear nor angular momentum, on free components.
-    loose: Vec<[f64; D]>,
+    /// Part of the velocities with neither linear nor angular momentum, on free components.
+    vibration: Vec<[f64; D]>,
 }
 
 impl<const D: usize> BlockMotion<D> {
-    /// Returns the velocities minus a `share` of the loose part, m/s.
-    pub(super) fn without_loose_motion(&self, share: f64) -> Vec<[f64; D]> {
-        let all = self.velocities.iter().zip(&self.loose);
-        all.map(|(velocity, loose)| sub(velocity, &scale(share, loose)))
+    /// Returns the velocities minus a `fraction` of the vibration, m/s.
+    pub(super) fn without_vibration(&self, fraction: f64) -> Vec<[f64; D]> {
+        let all = self.velocities.iter().zip(&self.vibration);
+        all.map(|(velocity, vibration)| sub(velocity, &scale(fraction, vibration)))
             .collect()
     }
 }
@@ -62,6 +62,12 @@ impl<const D: usize> Run<D> {
         nodes
             .map(|node| self.model.inertia.prescribed(node))
             .collect()
+    }
+
+    /// Returns true if a component of a node of a block is prescribed.
+    pub(super) fn has_prescribed(&self, block: usize) -> bool {
+        let mut nodes = self.model.nodes(block);
+        nodes.any(|node| self.model.inertia.prescribed(node).contains(&true))
     }
 
     /// Returns the momenta and energy of a block, to be restored on another mesh.
@@ -126,10 +132,10 @@ impl<const D: usize> Run<D> {
         velocities.iter().enumerate().map(energy).sum()
     }
 
-    /// Returns the kinetic energy of a block without its loose motion, J.
-    pub(super) fn bound_energy_of(&self, block: usize) -> f64 {
+    /// Returns the kinetic energy of a block without its vibration, J.
+    pub(super) fn rigid_energy_of(&self, block: usize) -> f64 {
         let motion = self.with_momenta(block, &self.before(block));
-        self.kinetic_energy_of(block, &motion.without_loose_motion(1.0))
+        self.kinetic_energy_of(block, &motion.without_vibration(1.0))
     }
 
     /// Restores the momenta of a block and removes the energy that it has gained. Returns the part
@@ -146,34 +152,30 @@ impl<const D: usize> Run<D> {
 
     /// Books the change of momentum of a block with prescribed nodes as an external impulse.
     fn book_remesh(&mut self, block: usize, before: &RigidMomenta) {
-        if self
-            .prescribed_components(block)
-            .iter()
-            .any(|held| held.contains(&true))
-        {
+        if self.has_prescribed(block) {
             let given = sub(&self.before(block).momenta.linear, &before.linear);
             self.state.ledger.impulse.add_scaled(1.0, &given);
         }
     }
 
-    /// Removes `energy`, J, from the loose motion of a block; returns the energy removed.
+    /// Removes `energy`, J, from the vibration of a block; returns the energy removed.
     pub(super) fn repay_energy(&mut self, block: usize, energy: f64) -> f64 {
         if energy <= 0.0 {
             return 0.0;
         }
         let before = self.before(block);
         let motion = self.with_momenta(block, &before);
-        // Scaling the loose motion by s leaves s² of its kinetic energy and s of the work.
-        let bound = motion.without_loose_motion(1.0);
-        let kinetic = self.kinetic_energy_of(block, &motion.loose);
+        // Scaling the vibration by s leaves s² of its kinetic energy and s of the work.
+        let rigid = motion.without_vibration(1.0);
+        let kinetic = self.kinetic_energy_of(block, &motion.vibration);
         let both = self.kinetic_energy_of(block, &motion.velocities);
-        let mixed = both - kinetic - self.kinetic_energy_of(block, &bound);
-        let work = 0.5 * self.power_of(block, &motion.loose);
-        let Some(share) = share(kinetic, mixed + work, energy) else {
+        let mixed = both - kinetic - self.kinetic_energy_of(block, &rigid);
+        let work = 0.5 * self.power_of(block, &motion.vibration);
+        let Some(factor) = scale_factor(kinetic, mixed + work, energy) else {
             return 0.0;
         };
         let nodes = self.model.nodes(block);
-        self.state.velocity[nodes].copy_from_slice(&motion.without_loose_motion(1.0 - share));
+        self.state.velocity[nodes].copy_from_slice(&motion.without_vibration(1.0 - factor));
         self.book_remesh(block, &before.momenta);
         before.energy - self.energy_of(block)
     }
@@ -182,55 +184,64 @@ impl<const D: usize> Run<D> {
     pub(super) fn with_momenta(&self, block: usize, before: &BlockBefore<D>) -> BlockMotion<D> {
         let (points, mut velocities) = self.motion_of(block);
         let body = self.body(block, &points);
-        let held = self.prescribed_components(block);
         let mut wanted = before.momenta;
-        if !held.iter().any(|held| held.contains(&true)) {
+        if !self.has_prescribed(block) {
             let (_, centre) = body.centre();
             let arm = pad(&sub(&centre, &before.centre));
             add_scaled(&mut wanted.angular, -1.0, &cross(&arm, &wanted.linear));
-            body.give_back(&mut velocities, &wanted);
+            body.restore_momenta(&mut velocities, &wanted);
             let mut rigid = vec![[0.0; D]; velocities.len()];
-            body.give_back(&mut rigid, &wanted);
-            let loose = velocities.iter().zip(&rigid).map(|(v, r)| sub(v, r));
+            body.restore_momenta(&mut rigid, &wanted);
+            let vibration = velocities.iter().zip(&rigid).map(|(v, r)| sub(v, r));
             return BlockMotion {
-                loose: loose.collect(),
+                vibration: vibration.collect(),
                 velocities,
             };
         }
-        let twists = RigidModes::new(&body, before.centre, &held);
-        twists.give_back(&mut velocities, &wanted);
-        let mut bound = carried(&velocities, &held);
-        twists.give_back(&mut bound, &wanted);
-        let loose = velocities.iter().zip(&bound).map(|(v, b)| sub(v, b));
-        let loose = loose.collect();
-        BlockMotion { velocities, loose }
+        let prescribed = self.prescribed_components(block);
+        let modes = RigidModes::new(&body, before.centre, &prescribed);
+        modes.restore_momenta(&mut velocities, &wanted);
+        let mut rigid = follow_prescribed(&velocities, &prescribed);
+        modes.restore_momenta(&mut rigid, &wanted);
+        let vibration = velocities.iter().zip(&rigid).map(|(v, r)| sub(v, r));
+        let vibration = vibration.collect();
+        BlockMotion {
+            velocities,
+            vibration,
+        }
     }
 }
 
 /// Returns the velocities of nodes that follow the prescribed components: these keep theirs, the
 /// others have the mean of the prescribed ones.
-fn carried<const D: usize>(velocities: &[[f64; D]], held: &[[bool; D]]) -> Vec<[f64; D]> {
+fn follow_prescribed<const D: usize>(
+    velocities: &[[f64; D]],
+    prescribed: &[[bool; D]],
+) -> Vec<[f64; D]> {
     let mean: [f64; D] = std::array::from_fn(|c| {
-        let of_held = velocities.iter().zip(held).filter(|(_, held)| held[c]);
-        let (sum, count) = of_held.fold((0.0, 0), |(sum, n), (v, _)| (sum + v[c], n + 1));
+        let of_prescribed = velocities
+            .iter()
+            .zip(prescribed)
+            .filter(|(_, prescribed)| prescribed[c]);
+        let (sum, count) = of_prescribed.fold((0.0, 0), |(sum, n), (v, _)| (sum + v[c], n + 1));
         if count == 0 {
             0.0
         } else {
             sum / f64::from(count)
         }
     });
-    let nodes = velocities.iter().zip(held);
-    let of_node = |(velocity, held): (&[f64; D], &[bool; D])| {
-        std::array::from_fn(|c| if held[c] { velocity[c] } else { mean[c] })
+    let nodes = velocities.iter().zip(prescribed);
+    let of_node = |(velocity, prescribed): (&[f64; D], &[bool; D])| {
+        std::array::from_fn(|c| if prescribed[c] { velocity[c] } else { mean[c] })
     };
     nodes.map(of_node).collect()
 }
 
 /// Returns the factor s between 0 and 1 for which `kinetic` s² + `work` s is less than `kinetic` +
 /// `work` by `gained`; if there is none, the s of the minimum.
-pub(super) fn share(kinetic: f64, work: f64, gained: f64) -> Option<f64> {
+pub(super) fn scale_factor(kinetic: f64, work: f64, gained: f64) -> Option<f64> {
     let least = -0.5 * work / kinetic;
     let square = least * least + (kinetic + work - gained) / kinetic;
-    let share = least + square.max(0.0).sqrt();
-    share.is_finite().then(|| share.clamp(0.0, 1.0))
+    let factor = least + square.max(0.0).sqrt();
+    factor.is_finite().then(|| factor.clamp(0.0, 1.0))
 }

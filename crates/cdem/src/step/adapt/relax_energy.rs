@@ -4,10 +4,10 @@
 use crate::math::vector::add_scaled;
 use crate::refinement::Overlay;
 use crate::step::Run;
-use crate::step::adapt::conserve::share;
+use crate::step::adapt::conserve::scale_factor;
 
 /// Maximum number of tries to exclude nodes whose move would disturb a contact.
-const LOOKS: usize = 4;
+const MAX_TRIES: usize = 4;
 
 impl<const D: usize> Run<D> {
     /// Removes `energy`, J, from the deformation of a block with an overlay and restores its
@@ -22,15 +22,15 @@ impl<const D: usize> Run<D> {
         energy: f64,
     ) -> f64 {
         let wanted = self.before(block).with_less_energy(energy);
-        let Some(shift) = self.relaxation(block, overlay, lame) else {
+        let Some(relaxation) = self.relaxation(block, overlay, lame) else {
             return energy;
         };
         let first = self.model.nodes(block).start;
         let own = self.state.displacement[self.model.nodes(block)].to_vec();
         let mut energy_after = |part: f64| {
-            for (node, (of, shift)) in (first..).zip(own.iter().zip(&shift)) {
+            for (node, (of, relaxation)) in (first..).zip(own.iter().zip(&relaxation)) {
                 self.state.displacement[node] = *of;
-                add_scaled(&mut self.state.displacement[node], part, shift);
+                add_scaled(&mut self.state.displacement[node], part, relaxation);
             }
             self.energy_of(block)
         };
@@ -38,7 +38,7 @@ impl<const D: usize> Run<D> {
         // With a fraction s of the deformation left, the energy is square s² + linear s plus that
         // without deformation.
         let square = 2.0 * (all + none - 2.0 * half);
-        let left = share(square, all - none - square, energy).unwrap_or(1.0);
+        let left = scale_factor(square, all - none - square, energy).unwrap_or(1.0);
         energy_after(1.0 - left);
         self.restore_momenta(block, &wanted)
     }
@@ -58,33 +58,33 @@ impl<const D: usize> Run<D> {
         let mut kept: Vec<bool> = self
             .prescribed_components(block)
             .iter()
-            .map(|h| h.contains(&true))
+            .map(|prescribed| prescribed.contains(&true))
             .collect();
         let mut moves = vec![[0.0; D]; self.model.mesh.nodes.len()];
-        for _ in 0..LOOKS {
-            let mut shift = overlay.slack(own, &kept, lame);
+        for _ in 0..MAX_TRIES {
+            let mut relaxation = overlay.relaxation(own, &kept, lame);
             if !kept.contains(&true) {
-                self.centre(block, &mut shift);
+                self.centre(block, &mut relaxation);
             }
-            moves[nodes.clone()].copy_from_slice(&shift);
-            let harmed = contacts.nodes_harmed(at.into(), &moves);
-            let harmed = &harmed[nodes.clone()];
-            if !harmed.contains(&true) {
-                return Some(shift);
+            moves[nodes.clone()].copy_from_slice(&relaxation);
+            let disturbing = contacts.nodes_that_disturb_contacts(at.into(), &moves);
+            let disturbing = &disturbing[nodes.clone()];
+            if !disturbing.contains(&true) {
+                return Some(relaxation);
             }
-            for (kept, harmed) in kept.iter_mut().zip(harmed) {
-                *kept |= harmed;
+            for (kept, disturbing) in kept.iter_mut().zip(disturbing) {
+                *kept |= disturbing;
             }
         }
         None
     }
 
-    /// Removes the shift of the centre of a block.
-    fn centre(&self, block: usize, shift: &mut [[f64; D]]) {
-        let points = shift.to_vec();
+    /// Removes the displacement of the centre of a block from a relaxation.
+    fn centre(&self, block: usize, relaxation: &mut [[f64; D]]) {
+        let points = relaxation.to_vec();
         let (_, centre) = self.body(block, &points).centre();
-        for shift in shift {
-            add_scaled(shift, -1.0, &centre);
+        for displacement in relaxation {
+            add_scaled(displacement, -1.0, &centre);
         }
     }
 }

@@ -16,10 +16,9 @@ pub(crate) struct MeshElements<const D: usize> {
 impl<const D: usize> Model<D> {
     /// Rebuilds the model for a refined mesh of the same blocks, at `time`. Returns the old mesh
     /// and its elements.
-    pub(crate) fn remesh(&mut self, second_scale: &Adaptivity<D>, time: f64) -> MeshElements<D> {
-        let (base_model, refined_blocks) =
-            (&second_scale.base_model, second_scale.refined_blocks());
-        let mesh = second_scale.mesh();
+    pub(crate) fn remesh(&mut self, adaptivity: &Adaptivity<D>, time: f64) -> MeshElements<D> {
+        let (base_model, refined_blocks) = (&adaptivity.base_model, adaptivity.refined_blocks());
+        let mesh = adaptivity.mesh();
         let sets = base_model.all_sets(&mesh);
         let numbering = ElementNumbering::new(&sets, mesh.elements.len());
         let old = MeshElements {

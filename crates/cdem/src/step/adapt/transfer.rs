@@ -22,16 +22,16 @@ use crate::step::workspace::elements_around_nodes;
 
 impl<const D: usize> Run<D> {
     /// Exchanges the overlays of blocks and transfers all data to the new nodes and elements.
-    pub(super) fn remesh(&mut self, second: &mut Adaptivity<D>, changes: Vec<BlockChange<D>>) {
+    pub(super) fn remesh(&mut self, adaptivity: &mut Adaptivity<D>, changes: Vec<BlockChange<D>>) {
         let blocks: Vec<usize> = changes.iter().map(|change| change.block).collect();
         let before: Vec<BlockBefore<D>> = blocks.iter().map(|&block| self.before(block)).collect();
-        let bound = blocks.iter().zip(&before).map(|(&block, before)| {
-            let bound = self.with_momenta(block, before).without_loose_motion(1.0);
-            (block, bound)
+        let rigid = blocks.iter().zip(&before).map(|(&block, before)| {
+            let rigid = self.with_momenta(block, before).without_vibration(1.0);
+            (block, rigid)
         });
-        let bound = bound.collect();
+        let rigid = rigid.collect();
         let old_mesh = self.model.mesh.clone();
-        let (old_state, kicks) = self.carry_over(second, changes, &bound, &old_mesh);
+        let (old_state, kicks) = self.transfer_all(adaptivity, changes, &rigid, &old_mesh);
         let unpaid = blocks.iter().zip(&before);
         let unpaid: Vec<f64> = unpaid
             .map(|(&block, before)| self.restore_momenta(block, before))
@@ -39,16 +39,16 @@ impl<const D: usize> Run<D> {
         for (&block, before) in blocks.iter().zip(&before) {
             let work = self.work_of_gravity(block, before);
             self.state.ledger.gravity_work += work;
-            second.add_energy_debt(block, -work);
+            adaptivity.add_energy_debt(block, -work);
         }
         let old = MeshConfiguration {
             at: Positions::new(&old_mesh.nodes, &old_state.displacement).into(),
             rest: Positions::at_rest(&old_mesh.nodes).into(),
         };
-        self.remesh_contacts(second, &blocks, old);
+        self.remesh_contacts(adaptivity, &blocks, old);
         for (&block, unpaid) in blocks.iter().zip(unpaid) {
-            let unpaid = self.repay_from_deformation(second, block, unpaid);
-            second.add_energy_debt(block, unpaid);
+            let unpaid = self.repay_from_deformation(adaptivity, block, unpaid);
+            adaptivity.add_energy_debt(block, unpaid);
         }
         // The change of velocity by a remesh is no acceleration.
         for node in blocks.iter().flat_map(|&block| self.model.nodes(block)) {
@@ -62,65 +62,65 @@ impl<const D: usize> Run<D> {
     }
 
     /// Exchanges overlays and transfers model and state. Velocities of coarsened blocks follow from
-    /// their momenta beyond those of their `bound` motion, m/s. Returns the old state, and the
+    /// their momenta beyond those of their `rigid` motion, m/s. Returns the old state, and the
     /// velocity changes of the last kick, m/s.
-    fn carry_over(
+    fn transfer_all(
         &mut self,
-        second: &mut Adaptivity<D>,
+        adaptivity: &mut Adaptivity<D>,
         changes: Vec<BlockChange<D>>,
-        bound: &BTreeMap<usize, Vec<[f64; D]>>,
+        rigid: &BTreeMap<usize, Vec<[f64; D]>>,
         old_mesh: &Mesh<D>,
     ) -> (State<D>, Vec<[f64; D]>) {
         let blocks: Vec<usize> = changes.iter().map(|change| change.block).collect();
-        let momenta = self.loose_momenta(bound);
+        let momenta = self.vibration_momenta(rigid);
         let (mut old_covers, mut coarser) = (BTreeMap::new(), BTreeMap::new());
         for mut change in changes {
             let block = change.block;
             if let Some(displacement) = change.displacement.take() {
                 coarser.insert(block, displacement);
             }
-            old_covers.insert(block, second.exchange(change));
+            old_covers.insert(block, adaptivity.exchange(change));
         }
         self.bring_up(&blocks);
         let time = self.time();
-        let old_elements = self.model.remesh(second, time);
+        let old_elements = self.model.remesh(adaptivity, time);
         let old_state = &self.state;
         let refined_blocks = old_covers.iter().map(|(&block, old)| {
-            let refined_blocks = [old.as_ref(), second.refined_blocks()[block].as_ref()];
+            let refined_blocks = [old.as_ref(), adaptivity.refined_blocks()[block].as_ref()];
             (block, refined_blocks)
         });
         let refined_blocks: BTreeMap<usize, [Option<&RefinedBlock<D>>; 2]> =
             refined_blocks.collect();
         let transfers = refined_blocks.iter().map(|(&block, &[old, new])| {
-            let transfer = MeshTransfer::between(old, new, second.base_model.lame(block));
+            let transfer = MeshTransfer::between(old, new, adaptivity.base_model.lame(block));
             (block, transfer.expect("zones come or go, not both"))
         });
         let transfers: BTreeMap<usize, MeshTransfer<D>> = transfers.collect();
-        let carry = StateTransfer {
+        let state_transfer = StateTransfer {
             old: old_mesh,
             new: &self.model.mesh,
             transfers: &transfers,
-            base: &second.base_model.mesh,
+            base: &adaptivity.base_model.mesh,
             refined_blocks,
         };
-        let origins = carry.origins();
-        let mut state = carry.state(old_state, &origins, &coarser);
+        let origins = state_transfer.origins();
+        let mut state = state_transfer.state(old_state, &origins, &coarser);
         let kicks = old_state
             .velocity
             .iter()
             .zip(&old_state.last_kick.velocity_before);
         let kicks: Vec<[f64; D]> = kicks.map(|(now, before)| sub(now, before)).collect();
-        let kicks = carry.values(&kicks);
+        let kicks = state_transfer.values(&kicks);
         self.workspace.impulses = KickImpulses::new(self.model.mesh.nodes.len());
         for (block, transfer) in transfers.iter().filter(|(_, t)| !t.is_finer()) {
             let nodes = self.model.nodes(*block);
-            let bound = transfer.velocities(&bound[block]);
-            let gathered = transfer.gather(momenta[block].clone());
+            let rigid = transfer.velocities(&rigid[block]);
+            let restricted = transfer.restrict(momenta[block].clone());
             let own = &mut state.velocity[nodes.clone()];
             let inertia = &self.model.inertia;
             let motion = SplitMotion {
-                bound: &bound,
-                loose_momenta: &gathered,
+                rigid: &rigid,
+                vibration_momenta: &restricted,
             };
             inertia.solve(nodes.start, motion, own);
         }
@@ -132,10 +132,15 @@ impl<const D: usize> Run<D> {
 
     /// Removes `energy`, J, from the deformation of a refined block; returns the excess energy that
     /// remains.
-    fn repay_from_deformation(&mut self, second: &Adaptivity<D>, block: usize, energy: f64) -> f64 {
-        match &second.refined_blocks()[block] {
+    fn repay_from_deformation(
+        &mut self,
+        adaptivity: &Adaptivity<D>,
+        block: usize,
+        energy: f64,
+    ) -> f64 {
+        match &adaptivity.refined_blocks()[block] {
             Some(refined_block) if energy > ROUND_OFF * self.energy_of(block) => {
-                let lame = second.base_model.lame(block);
+                let lame = adaptivity.base_model.lame(block);
                 self.relax_energy(block, &refined_block.overlay, lame, energy)
             }
             _ => energy,
@@ -145,7 +150,7 @@ impl<const D: usize> Run<D> {
     /// Transfers the contacts of blocks from the old mesh to the new one.
     fn remesh_contacts(
         &mut self,
-        second: &Adaptivity<D>,
+        adaptivity: &Adaptivity<D>,
         blocks: &[usize],
         old: MeshConfiguration<D>,
     ) {
@@ -159,7 +164,7 @@ impl<const D: usize> Run<D> {
         };
         let mut changed = vec![false; self.model.blocks.len()];
         blocks.iter().for_each(|&block| changed[block] = true);
-        let surface = second.base_model.surface(mesh, contacts.tolerance());
+        let surface = adaptivity.base_model.surface(mesh, contacts.tolerance());
         let time = self.state.number as f64 * self.model.step;
         let inertia = &self.model.inertia;
         let exchange = MeshExchange {
@@ -181,20 +186,20 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Returns the nodal momenta of blocks beyond those of their `bound` motion (m/s), in N·s. They
-    /// are the same in every inertial frame.
-    fn loose_momenta(
+    /// Returns the nodal momenta of the vibration of blocks, N·s: those beyond their `rigid`
+    /// motion, m/s. They are the same in every inertial frame.
+    fn vibration_momenta(
         &self,
-        bound: &BTreeMap<usize, Vec<[f64; D]>>,
+        rigid: &BTreeMap<usize, Vec<[f64; D]>>,
     ) -> BTreeMap<usize, Vec<[f64; D]>> {
-        let of = |(&block, bound): (&usize, &Vec<[f64; D]>)| {
+        let of = |(&block, rigid): (&usize, &Vec<[f64; D]>)| {
             let nodes = self.model.nodes(block);
             let first = nodes.start;
-            let loose = |node: usize| sub(&self.state.velocity[node], &bound[node - first]);
-            let momentum = |node: usize| self.model.inertia.weighted(node, loose);
+            let vibration = |node: usize| sub(&self.state.velocity[node], &rigid[node - first]);
+            let momentum = |node: usize| self.model.inertia.weighted(node, vibration);
             (block, nodes.map(momentum).collect())
         };
-        bound.iter().map(of).collect()
+        rigid.iter().map(of).collect()
     }
 }
 
@@ -284,7 +289,7 @@ impl<'a, const D: usize> StateTransfer<'a, D> {
         State {
             displacement: self.vectors(&old.displacement, |block, transfer, of| {
                 let known = coarser.get(&block).cloned();
-                known.unwrap_or_else(|| transfer.grown(of))
+                known.unwrap_or_else(|| transfer.prolongated_displacements(of))
             }),
             compensation: self.values(&old.compensation),
             velocity: self.vectors(&old.velocity, |_, transfer, of| transfer.velocities(of)),

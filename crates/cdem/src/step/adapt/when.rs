@@ -16,29 +16,29 @@ use crate::step::Run;
 
 /// Horizon of the impact prediction, in coarse steps. A velocity changes by less than half in one
 /// step, unless another collision comes in between.
-const AHEAD: f64 = 1.5;
+const PREDICTION_HORIZON: f64 = 1.5;
 
 /// Maximum number of searches for contacts of new nodes on refined faces in one step.
-const LOOKS: usize = 8;
+const MAX_ROUNDS: usize = 8;
 
 /// An approach is no impact up to this multiple of the speed that gravity adds in a coarse step,
 /// and in the transit time of waves across the larger block. Resting contacts open and close at the
 /// first speed, settling ones at the second: their own vibration has four times that period.
-const RESTING: f64 = 4.0;
-const SETTLING: f64 = 4.0;
+const RESTING_SPEED: f64 = 4.0;
+const SETTLING_SPEED: f64 = 4.0;
 
-/// An approach is no impact if it covers at most this fraction of the contact tolerance in the
-/// transit time of waves across the larger block.
-const SLIGHT: f64 = 1e-2;
+/// An approach is no impact up to this speed, in contact tolerances per transit time of waves
+/// across the larger block.
+const SLIGHT_SPEED: f64 = 1e-2;
 
 /// Duration for which a contact counts as an impact, over the transit time of waves across the
 /// larger of its blocks: two round trips.
-const IMPACT: f64 = 4.0;
+const IMPACT_TRANSITS: f64 = 4.0;
 
 /// Duration for which a zone is kept while its blocks touch elsewhere, and after they have
 /// separated, over the same transit time.
-const STAY: f64 = 1.0;
-const PARTED: f64 = 0.25;
+const ZONE_TRANSITS: f64 = 1.0;
+const SEPARATED_TRANSITS: f64 = 0.25;
 
 /// Fraction of its energy up to which an energy debt of a block is dropped, and fraction of the
 /// free mobility of two blocks up to which both count as prescribed: round-off.
@@ -53,40 +53,40 @@ impl<const D: usize> Run<D> {
         if !self.workspace.speed_bounds.is_physical() {
             return None;
         }
-        let mut second = self.adaptivity.take()?;
-        second.set_still(self.still_blocks());
+        let mut adaptivity = self.adaptivity.take()?;
+        adaptivity.set_prescribed(self.prescribed_blocks());
         let mut before = None;
-        for block in second.blocks_in_debt() {
-            let debt = second.energy_debt(block);
+        for block in adaptivity.blocks_in_debt() {
+            let debt = adaptivity.energy_debt(block);
             if debt > ROUND_OFF * self.energy_of(block) {
                 before.get_or_insert_with(|| self.balance());
                 let paid = self.repay_energy(block, debt);
-                second.add_energy_debt(block, -paid);
+                adaptivity.add_energy_debt(block, -paid);
             } else {
-                second.add_energy_debt(block, -debt);
+                adaptivity.add_energy_debt(block, -debt);
             }
         }
-        second.forget_credit();
-        for look in 0..LOOKS {
-            self.request_zones(&mut second);
-            let changes = second.changes(self.state.number, look == 0);
-            let changes = self.without_lost_contacts(&second, changes);
+        adaptivity.forget_credit();
+        for round in 0..MAX_ROUNDS {
+            self.request_zones(&mut adaptivity);
+            let changes = adaptivity.changes(self.state.number, round == 0);
+            let changes = self.without_lost_contacts(&adaptivity, changes);
             if changes.is_empty() {
                 break;
             }
             before.get_or_insert_with(|| self.balance());
-            self.remesh(&mut second, changes);
+            self.remesh(&mut adaptivity, changes);
             self.watch.lap(Stage::Refinement);
             self.find_contacts();
         }
-        self.adaptivity = Some(second);
+        self.adaptivity = Some(adaptivity);
         before
     }
 
     /// Returns the mesh without refinement.
     pub(crate) fn base_mesh(&self) -> &Mesh<D> {
-        let second = self.adaptivity.as_ref();
-        second.map_or(&self.model.mesh, |second| &second.base_model.mesh)
+        let adaptivity = self.adaptivity.as_ref();
+        adaptivity.map_or(&self.model.mesh, |adaptivity| &adaptivity.base_model.mesh)
     }
 
     /// Returns the number of refined blocks.
@@ -101,7 +101,7 @@ impl<const D: usize> Run<D> {
     /// away from it, or that would need more energy than the block has.
     fn without_lost_contacts(
         &self,
-        second: &Adaptivity<D>,
+        adaptivity: &Adaptivity<D>,
         changes: Vec<BlockChange<D>>,
     ) -> Vec<BlockChange<D>> {
         let Some(contacts) = self.contacts.as_ref().filter(|_| !changes.is_empty()) else {
@@ -109,12 +109,13 @@ impl<const D: usize> Run<D> {
         };
         let at = self.model.positions(&self.state);
         let mut moves = vec![[0.0; D]; self.model.mesh.nodes.len()];
-        let can_be =
-            |change: BlockChange<D>| self.with_displacements(second, change, contacts, &mut moves);
+        let can_be = |change: BlockChange<D>| {
+            self.with_displacements(adaptivity, change, contacts, &mut moves)
+        };
         let mut changes: Vec<BlockChange<D>> = changes.into_iter().filter_map(can_be).collect();
         if changes.iter().any(|change| change.displacement.is_some()) {
-            let harmed = contacts.nodes_harmed(at.into(), &moves);
-            changes.retain(|change| !harmed[self.model.nodes(change.block)].contains(&true));
+            let disturbing = contacts.nodes_that_disturb_contacts(at.into(), &moves);
+            changes.retain(|change| !disturbing[self.model.nodes(change.block)].contains(&true));
         }
         changes
     }
@@ -125,13 +126,16 @@ impl<const D: usize> Run<D> {
     /// plane.
     fn with_displacements(
         &self,
-        second: &Adaptivity<D>,
+        adaptivity: &Adaptivity<D>,
         mut change: BlockChange<D>,
         contacts: &Contacts<D>,
         moves: &mut [[f64; D]],
     ) -> Option<BlockChange<D>> {
         let (block, refined_block) = (change.block, change.refined_block.as_ref());
-        let (base_model, old) = (&second.base_model, second.refined_blocks()[block].as_ref());
+        let (base_model, old) = (
+            &adaptivity.base_model,
+            adaptivity.refined_blocks()[block].as_ref(),
+        );
         let transfer = MeshTransfer::between(old, refined_block, base_model.lame(block))?;
         if transfer.is_finer() {
             return Some(change);
@@ -151,7 +155,7 @@ impl<const D: usize> Run<D> {
             }
         }
         let strain_energy = base_model.strain_energy(block, refined_block, &after);
-        if self.bound_energy_of(block) + strain_energy > self.energy_of(block) {
+        if self.rigid_energy_of(block) + strain_energy > self.energy_of(block) {
             moves[nodes].fill([0.0; D]);
             return None;
         }
@@ -170,37 +174,38 @@ impl<const D: usize> Run<D> {
     }
 
     /// Requests zones where blocks are about to collide, and keeps zones at impacts.
-    fn request_zones(&mut self, second: &mut Adaptivity<D>) {
+    fn request_zones(&mut self, adaptivity: &mut Adaptivity<D>) {
         let Some(contacts) = &self.contacts else {
             return;
         };
         let at = self.model.positions(&self.state).into();
         let rest = Positions::at_rest(&self.model.mesh.nodes).into();
-        let (velocity, horizon) = (&self.state.velocity, AHEAD * self.model.step);
+        let (velocity, horizon) = (&self.state.velocity, PREDICTION_HORIZON * self.model.step);
         let predicted = &mut self.workspace.predicted_impacts;
         contacts.predict_impacts(at, velocity, rest, horizon, predicted);
-        self.request_zones_at_contacts(second, contacts);
+        self.request_zones_at_contacts(adaptivity, contacts);
     }
 
     /// Does this for predicted impacts and for closed pairs.
-    fn request_zones_at_contacts(&self, second: &mut Adaptivity<D>, contacts: &Contacts<D>) {
+    fn request_zones_at_contacts(&self, adaptivity: &mut Adaptivity<D>, contacts: &Contacts<D>) {
         let at = self.model.positions(&self.state).into();
         let rest = Positions::at_rest(&self.model.mesh.nodes).into();
         let velocity = &self.state.velocity;
         for (blocks, places) in self.workspace.predicted_impacts.by_blocks() {
-            self.request_zones_for_impact(second, blocks, places, contacts.tolerance());
+            self.request_zones_for_impact(adaptivity, blocks, places, contacts.tolerance());
         }
         for place in contacts.touching_pairs(at, velocity, rest) {
-            let transit = self.transit(second, place.blocks);
+            let transit = self.transit(adaptivity, place.blocks);
             let since = place.since.unwrap_or_default();
-            if self.time() - since <= IMPACT * transit {
-                let until = self.until(STAY * transit);
+            if self.time() - since <= IMPACT_TRANSITS * transit {
+                let until = self.until(ZONE_TRANSITS * transit);
                 let [a, b] = place.blocks;
-                second.record_impact([a.min(b), a.max(b)], 0.0, until);
+                adaptivity.record_impact([a.min(b), a.max(b)], 0.0, until);
                 for (block, rest) in place.blocks.iter().zip(&place.rest) {
                     let slip = [place.slip, place.slip_rate * self.model.step];
-                    second.keep(*block as usize, rest, slip, until);
-                    second.keep_until(*block as usize, self.until(PARTED * transit));
+                    adaptivity.keep(*block as usize, rest, slip, until);
+                    adaptivity
+                        .keep_until(*block as usize, self.until(SEPARATED_TRANSITS * transit));
                 }
             }
         }
@@ -212,54 +217,58 @@ impl<const D: usize> Run<D> {
     }
 
     /// Returns the transit time of waves across the larger of two blocks, s.
-    fn transit(&self, second: &Adaptivity<D>, blocks: [u32; 2]) -> f64 {
-        let of = |block: u32| second.crossing(block as usize);
-        let moves = blocks.into_iter().filter(|&b| !second.is_still(b as usize));
+    fn transit(&self, adaptivity: &Adaptivity<D>, blocks: [u32; 2]) -> f64 {
+        let of = |block: u32| adaptivity.transit(block as usize);
+        let moves = blocks
+            .into_iter()
+            .filter(|&b| !adaptivity.is_prescribed(b as usize));
         moves.map(of).fold(0.0, f64::max)
     }
 
+    /// Requests zones for the predicted impacts of two blocks.
     fn request_zones_for_impact(
         &self,
-        second: &mut Adaptivity<D>,
+        adaptivity: &mut Adaptivity<D>,
         blocks: [u32; 2],
         places: &[PredictedImpact<D>],
         tolerance: f64,
     ) {
-        let transit = self.transit(second, blocks);
+        let transit = self.transit(adaptivity, blocks);
         let gravity = norm(&self.model.gravity_at(self.time()));
         let slight = f64::max(
-            gravity * f64::max(RESTING * self.model.step, SETTLING * transit),
-            SLIGHT * tolerance / transit,
+            gravity * f64::max(RESTING_SPEED * self.model.step, SETTLING_SPEED * transit),
+            SLIGHT_SPEED * tolerance / transit,
         );
         let mut nodes = BTreeSet::new();
-        let encounters: Vec<ImpactPrediction<D>> = places
+        let impacts: Vec<ImpactPrediction<D>> = places
             .iter()
             .filter(|place| place.speed > slight)
             .map(|place| ImpactPrediction {
                 is_first_of_node: nodes.insert(place.nodes[0]),
-                ..self.impact_prediction(second, place)
+                ..self.impact_prediction(adaptivity, place)
             })
             .collect();
-        let Some(mobility) = self.mobility(&encounters) else {
+        let Some(mobility) = self.mobility(&impacts) else {
             return;
         };
-        let fastest = encounters.iter().map(|e| e.speed).fold(0.0, f64::max);
-        let until = self.until(STAY * transit);
-        let energy = second.record_impact(blocks, 0.5 * fastest * fastest / mobility, until);
-        let depth = second.depth(&encounters, energy);
-        second.record_target(blocks, &depth, [self.time(), fastest]);
-        let are_flush = ImpactPrediction::are_flush(&encounters);
-        for (encounter, sizes) in encounters.iter().zip(depth.sizes) {
-            second.request_zone(encounter, sizes, are_flush, until);
+        let fastest = impacts.iter().map(|e| e.speed).fold(0.0, f64::max);
+        let until = self.until(ZONE_TRANSITS * transit);
+        let energy = adaptivity.record_impact(blocks, 0.5 * fastest * fastest / mobility, until);
+        let target = adaptivity.refinement_target(&impacts, energy);
+        adaptivity.record_target(blocks, &target, [self.time(), fastest]);
+        let are_flush = ImpactPrediction::are_flush(&impacts);
+        for (impact, sizes) in impacts.iter().zip(target.sizes) {
+            adaptivity.request_zone(impact, sizes, are_flush, until);
         }
         for block in blocks {
-            second.keep_until(block as usize, self.until(PARTED * transit));
+            adaptivity.keep_until(block as usize, self.until(SEPARATED_TRANSITS * transit));
         }
     }
 
+    /// Returns the impact prediction of a contact site: sizes, masses and halvings of its elements.
     fn impact_prediction(
         &self,
-        second: &Adaptivity<D>,
+        adaptivity: &Adaptivity<D>,
         place: &PredictedImpact<D>,
     ) -> ImpactPrediction<D> {
         let root = |element: u32| {
@@ -274,8 +283,8 @@ impl<const D: usize> Run<D> {
                 .map(|&element| root(element))
         };
         let blocks = place.blocks.map(|block| block as usize);
-        let sizes = place.nodes.map(|node| second.base_size(around(node)));
-        let halvings = place.nodes.map(|node| second.halvings(around(node)));
+        let sizes = place.nodes.map(|node| adaptivity.base_size(around(node)));
+        let halvings = place.nodes.map(|node| adaptivity.halvings(around(node)));
         let mass = |side: usize| {
             let node = ImpactNode {
                 block: blocks[side],
@@ -283,7 +292,7 @@ impl<const D: usize> Run<D> {
                 rest: place.rest[side],
                 is_on_edge: place.are_edges[side],
             };
-            second.base_mass(&node, around(place.nodes[side]))
+            adaptivity.base_mass(&node, around(place.nodes[side]))
         };
         ImpactPrediction {
             blocks,
@@ -301,18 +310,18 @@ impl<const D: usize> Run<D> {
 
     /// Returns the inverse effective mass of both blocks as rigid bodies at the mean point of the
     /// predicted impacts, along their mean normal, 1/kg; `None` without impacts.
-    fn mobility(&self, encounters: &[ImpactPrediction<D>]) -> Option<f64> {
-        let first = encounters.first()?;
-        let count = encounters.len() as f64;
+    fn mobility(&self, impacts: &[ImpactPrediction<D>]) -> Option<f64> {
+        let first = impacts.first()?;
+        let count = impacts.len() as f64;
         let (mut point, mut normal) = ([0.0; D], [0.0; D]);
-        for encounter in encounters {
-            add_scaled(&mut point, 1.0 / count, &encounter.point);
-            let sign = if encounter.blocks == first.blocks {
+        for impact in impacts {
+            add_scaled(&mut point, 1.0 / count, &impact.point);
+            let sign = if impact.blocks == first.blocks {
                 1.0
             } else {
                 -1.0
             };
-            add_scaled(&mut normal, sign, &encounter.normal);
+            add_scaled(&mut normal, sign, &impact.normal);
         }
         let normal = if norm(&normal) > 0.0 {
             scale(1.0 / norm(&normal), &normal)
@@ -323,18 +332,17 @@ impl<const D: usize> Run<D> {
             let of = |&block: &usize| self.rigid_mobility(block, &point, &normal, is_free);
             first.blocks.iter().map(of).sum::<f64>()
         };
-        let is_held = |&block: &usize| {
-            self.prescribed_components(block)
-                .iter()
-                .any(|held| held.contains(&true))
-        };
-        let held = of_both(false);
-        if !first.blocks.iter().any(is_held) {
-            return Some(held);
+        let constrained = of_both(false);
+        if !first.blocks.iter().any(|&block| self.has_prescribed(block)) {
+            return Some(constrained);
         }
         // Two blocks that are both prescribed where they meet collide by their elasticity.
         let free = of_both(true);
-        Some(if held > ROUND_OFF * free { held } else { free })
+        Some(if constrained > ROUND_OFF * free {
+            constrained
+        } else {
+            free
+        })
     }
 
     /// Returns the inverse effective mass of a rigid block at a point along a direction, 1/kg. If
@@ -354,17 +362,17 @@ impl<const D: usize> Run<D> {
         let points: Vec<[f64; D]> = nodes.clone().map(|node| at.at(node as u32)).collect();
         let body = self.body(block, &points);
         let (_, centre) = body.centre();
-        let held = if is_free {
+        let prescribed = if is_free {
             vec![[false; D]; points.len()]
         } else {
             self.prescribed_components(block)
         };
-        RigidModes::new(&body, centre, &held).mobility(point, normal)
+        RigidModes::new(&body, centre, &prescribed).mobility(point, normal)
     }
 
     /// For each block, returns true if it is fixed or all its nodes are prescribed.
-    fn still_blocks(&self) -> impl Iterator<Item = bool> + '_ {
-        let is_still = move |block: usize| {
+    fn prescribed_blocks(&self) -> impl Iterator<Item = bool> + '_ {
+        let is_prescribed = move |block: usize| {
             let inertia = &self.model.inertia;
             self.model.blocks[block].fixed
                 || self
@@ -372,6 +380,6 @@ impl<const D: usize> Run<D> {
                     .nodes(block)
                     .all(|node| inertia.is_prescribed(node))
         };
-        (0..self.model.blocks.len()).map(is_still)
+        (0..self.model.blocks.len()).map(is_prescribed)
     }
 }

@@ -63,9 +63,9 @@ pub(crate) struct Candidate {
     pub(crate) near_until: f64,
 }
 
-/// Numbers of candidates, ascending.
+/// Result of comparing candidates with their travel bounds: numbers of candidates, ascending.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct ActiveSubset {
+pub(crate) struct BoundCheck {
     /// Candidates that stay near without a test.
     still_near: Vec<u32>,
     /// Candidates to test.
@@ -109,7 +109,7 @@ pub(crate) struct CandidateSearch<const D: usize> {
     #[serde(skip)]
     pub(crate) workspace: SearchWorkspace,
     /// True if blocks may have passed through others before the last search.
-    outrun: bool,
+    exceeded_bounds: bool,
 }
 
 /// All of a search that can be rebuilt between two steps, kept to reuse its memory.
@@ -128,19 +128,27 @@ pub(crate) struct SearchWorkspace {
     /// the last broad phase, m².
     squares: BlockMax<2>,
     /// Travel bounds of each block.
-    pub(crate) ahead: Vec<BlockTravel>,
+    pub(crate) travel_bounds: Vec<BlockTravel>,
     /// Chunks of candidates by the result of the travel bounds, then the candidates to test, and
     /// the results of their tests.
-    pub(crate) glances: Vec<ActiveSubset>,
+    pub(crate) bound_checks: Vec<BoundCheck>,
     pub(crate) open: Vec<u32>,
-    looked: Vec<(f64, f64, f64)>,
+    tests: Vec<CandidateTest>,
     /// Sets of moving blocks that may touch each other, the largest motion bound of each set, m,
     /// and the blocks of near pairs.
-    pub(crate) together: DisjointSets,
-    pub(crate) largest: Vec<f64>,
-    pub(crate) of_near: Vec<[u32; 2]>,
+    pub(crate) block_sets: DisjointSets,
+    pub(crate) set_motion_bounds: Vec<f64>,
+    pub(crate) near_blocks: Vec<[u32; 2]>,
     /// True for blocks with an increased motion bound.
     pub(crate) raised: Vec<bool>,
+}
+
+/// Result of the test of a candidate, for its fields of the same names, m.
+#[derive(Clone, Copy, Debug, Default)]
+struct CandidateTest {
+    far_until: f64,
+    excluded_until: f64,
+    near_until: f64,
 }
 
 /// Motion of a block, m.
@@ -151,8 +159,8 @@ pub(crate) struct MotionBound {
     /// Largest distance of a node from its position in the last broad phase.
     pub(super) moved: f64,
     /// Travel: sum over the steps since then of the largest displacement of a node.
-    pub(super) way: f64,
-    /// Largest sum of `moved` and `share` before the next broad phase.
+    pub(super) travel: f64,
+    /// Largest sum of `moved` and `motion_bound` before the next broad phase.
     pub(super) allowance: f64,
 }
 
@@ -171,20 +179,20 @@ impl<const D: usize> CandidateSearch<D> {
             .resize(blocks.fixed.len(), MotionBound::default());
         self.accumulate_travel(blocks, at);
         let of_blocks = speeds.bounds.iter().zip(blocks.fixed);
-        for (reach, (speed, &fixed)) in self.blocks.iter_mut().zip(of_blocks) {
-            reach.motion_bound = if fixed {
+        for (bound, (speed, &fixed)) in self.blocks.iter_mut().zip(of_blocks) {
+            bound.motion_bound = if fixed {
                 0.0
             } else {
                 SPEED_GAIN * speed * speeds.step + LEAST_MOTION_BOUND * blocks.tolerance
             };
         }
-        let exceeds = |reach: &MotionBound| reach.moved + reach.motion_bound > reach.allowance;
+        let exceeds = |bound: &MotionBound| bound.moved + bound.motion_bound > bound.allowance;
         loop {
             if self.origin.is_empty() || self.blocks.iter().any(exceeds) {
                 self.broad_phase(blocks, at, may_meet);
             }
             self.test_all(blocks, at);
-            self.share_among_near(blocks, at);
+            self.spread_motion_bounds(blocks, at);
             if !self.blocks.iter().any(exceeds) {
                 break;
             }
@@ -198,7 +206,7 @@ impl<const D: usize> CandidateSearch<D> {
     /// Returns true if nodes moved farther in the step before the last search than their motion
     /// bound, at positions where they may have passed through others.
     pub(crate) fn exceeded_bounds(&self) -> bool {
-        self.outrun
+        self.exceeded_bounds
     }
 
     /// Returns the distance of the features of each near pair at its test, up to round-off, m.
@@ -207,7 +215,7 @@ impl<const D: usize> CandidateSearch<D> {
             let candidate = &self.candidates[number as usize];
             let [a, b] = candidate
                 .blocks
-                .map(|block| self.blocks[block as usize].way);
+                .map(|block| self.blocks[block as usize].travel);
             candidate.far_until - (a + b)
         })
     }
@@ -222,21 +230,21 @@ impl<const D: usize> CandidateSearch<D> {
             .any(|number| self.workspace.is_near[number] && self.candidates[number].pair == pair)
     }
 
-    /// Updates the travels of the blocks, and `outrun` if they exceed their bounds.
+    /// Updates the travels of the blocks, and `exceeded_bounds` if they exceed their bounds.
     fn accumulate_travel(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         self.measure(blocks, at);
-        self.outrun = self.let_through(blocks, at);
+        self.exceeded_bounds = self.may_have_missed_pairs(blocks, at);
         let is_fixed = |node: usize| blocks.fixed[blocks.block_of[node] as usize];
         let nodes = self.last.par_iter_mut().with_min_len(NODES_AT_ONCE);
         let moving = nodes.enumerate().filter(|(node, _)| !is_fixed(*node));
         moving.for_each(|(node, last)| *last = at.at(node as u32));
-        for (reach, [way, moved]) in self
+        for (bound, [travel, moved]) in self
             .blocks
             .iter_mut()
             .zip(self.workspace.squares.of_blocks())
         {
-            reach.way += way.sqrt();
-            reach.moved = moved.sqrt();
+            bound.travel += travel.sqrt();
+            bound.moved = moved.sqrt();
         }
     }
 
@@ -244,28 +252,28 @@ impl<const D: usize> CandidateSearch<D> {
     /// last broad phase.
     fn measure(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         let block_of = &blocks.block_of[..self.last.len()];
-        let gone = |node: u32| {
+        let displacement = |node: u32| {
             let n = node as usize;
             let now = at.at(node);
-            let gone = [&self.last[n], &self.origin[n]].map(|then| sub(&now, then));
-            gone.map(|gone| dot(&gone, &gone))
+            let displacement = [&self.last[n], &self.origin[n]].map(|then| sub(&now, then));
+            displacement.map(|displacement| dot(&displacement, &displacement))
         };
         self.workspace
             .squares
-            .find(block_of, blocks.fixed.len(), gone);
+            .find(block_of, blocks.fixed.len(), displacement);
     }
 
     /// Returns true if blocks that moved farther than their motion bound since the last search may
     /// have passed through others. That is so if, with the true displacements as bounds, more pairs
     /// would have been near, and the nodes of such a pair moved as far as its distance.
-    fn let_through(&self, blocks: &SearchContext<D>, at: Configuration<D>) -> bool {
-        let gone = |block: usize| self.workspace.squares.of_blocks()[block][0].sqrt();
-        let way = |nodes: &[u32]| {
-            let ways = nodes.iter();
-            let ways = ways.map(|&node| norm(&sub(&at.at(node), &self.last[node as usize])));
-            ways.fold(0.0, f64::max)
+    fn may_have_missed_pairs(&self, blocks: &SearchContext<D>, at: Configuration<D>) -> bool {
+        let displacement = |block: usize| self.workspace.squares.of_blocks()[block][0].sqrt();
+        let travel_of = |nodes: &[u32]| {
+            let travels = nodes.iter();
+            let travels = travels.map(|&node| norm(&sub(&at.at(node), &self.last[node as usize])));
+            travels.fold(0.0, f64::max)
         };
-        let fast = |block: &usize| gone(*block) > self.blocks[*block].motion_bound;
+        let fast = |block: &usize| displacement(*block) > self.blocks[*block].motion_bound;
         let fast: Vec<usize> = (0..self.blocks.len()).filter(fast).collect();
         if fast.is_empty() {
             return false;
@@ -275,16 +283,17 @@ impl<const D: usize> CandidateSearch<D> {
             let Candidate {
                 pair, blocks: of, ..
             } = self.candidates[*number as usize];
-            let [a, b] = of.map(|block| gone(block as usize));
+            let [a, b] = of.map(|block| displacement(block as usize));
             let surface = blocks.surface;
-            let own = way(surface.main_nodes(pair.main)) + way(surface.target_nodes(pair.target));
+            let own = travel_of(surface.main_nodes(pair.main))
+                + travel_of(surface.target_nodes(pair.target));
             !self.workspace.is_near[*number as usize]
                 && surface.distance_lower_bound(pair, before) <= own + blocks.tolerance
                 && surface.cull(pair, before, blocks.range(a + b)) == CullingResult::Near
         };
         fast.into_iter().any(|block| {
-            let reach = self.blocks[block];
-            reach.moved + gone(block) > reach.allowance
+            let bound = self.blocks[block];
+            bound.moved + displacement(block) > bound.allowance
                 || self.candidates_of(block).iter().any(missed)
         })
     }
@@ -318,11 +327,11 @@ impl<const D: usize> CandidateSearch<D> {
     }
 
     fn test_all(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
-        self.motion_ahead(blocks.tolerance);
+        self.update_travel_bounds(blocks.tolerance);
         self.compare_bounds();
         self.found.clear();
         let SearchWorkspace {
-            glances,
+            bound_checks,
             open,
             is_near,
             ..
@@ -330,104 +339,111 @@ impl<const D: usize> CandidateSearch<D> {
         is_near.clear();
         is_near.resize(self.candidates.len(), false);
         open.clear();
-        for glance in glances {
-            for number in &glance.still_near {
+        for bound_check in bound_checks {
+            for number in &bound_check.still_near {
                 is_near[*number as usize] = true;
                 self.found.push(*number);
             }
-            open.extend(&glance.open);
+            open.extend(&bound_check.open);
         }
         let cache = blocks.surface.geometry_cache(open.len(), None);
-        self.test_pair(blocks, at.with(cache.as_ref()));
+        self.test_open(blocks, at.with(cache.as_ref()));
     }
 
     /// Computes the travel bounds of each block, and selects the active candidates again if the
-    /// list does not serve any more.
-    pub(crate) fn motion_ahead(&mut self, tolerance: f64) {
+    /// list is not valid for them.
+    pub(crate) fn update_travel_bounds(&mut self, tolerance: f64) {
         let SearchWorkspace {
-            ahead,
+            travel_bounds,
             active_candidates,
             ..
         } = &mut self.workspace;
-        ahead.clear();
-        ahead.extend(self.blocks.iter().map(|reach| reach.ahead(tolerance)));
-        if !active_candidates.serves(ahead) {
-            let shares = self.blocks.iter().map(|reach| reach.motion_bound);
-            let share = shares.fold(0.0, f64::max);
-            active_candidates.sort_out(&self.candidates, ahead, share);
+        travel_bounds.clear();
+        travel_bounds.extend(
+            self.blocks
+                .iter()
+                .map(|bound| bound.travel_bounds(tolerance)),
+        );
+        if !active_candidates.is_valid_for(travel_bounds) {
+            let motion_bounds = self.blocks.iter().map(|bound| bound.motion_bound);
+            let largest_motion_bound = motion_bounds.fold(0.0, f64::max);
+            active_candidates.select(&self.candidates, travel_bounds, largest_motion_bound);
         }
     }
 
     /// Compares the active candidates with the travel bounds, in parallel chunks.
     fn compare_bounds(&mut self) {
         let SearchWorkspace {
-            glances,
-            ahead,
+            bound_checks,
+            travel_bounds,
             active_candidates,
             ..
         } = &mut self.workspace;
         let some = active_candidates.numbers.par_chunks(BOUND_CHECKS_PER_TASK);
-        glances.resize_with(some.len(), ActiveSubset::default);
-        some.zip(glances).for_each(|(numbers, glance)| {
-            glance.still_near.clear();
-            glance.open.clear();
+        bound_checks.resize_with(some.len(), BoundCheck::default);
+        some.zip(bound_checks).for_each(|(numbers, bound_check)| {
+            bound_check.still_near.clear();
+            bound_check.open.clear();
             for &number in numbers {
                 let candidate = &self.candidates[number as usize];
-                let [a, b] = candidate.blocks.map(|block| ahead[block as usize]);
-                if a.way + b.way <= candidate.near_until {
-                    glance.still_near.push(number);
+                let [a, b] = candidate.blocks.map(|block| travel_bounds[block as usize]);
+                if a.travel + b.travel <= candidate.near_until {
+                    bound_check.still_near.push(number);
                 } else if candidate.may_be_near(a, b) {
-                    glance.open.push(number);
+                    bound_check.open.push(number);
                 }
             }
         });
     }
 
     /// Tests the open candidates, and records the near ones.
-    pub(crate) fn test_pair(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
-        let look = |&number: &u32| {
+    pub(crate) fn test_open(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
+        let test = |&number: &u32| {
             let candidate = &self.candidates[number as usize];
             let [a, b] = candidate.blocks.map(|block| &self.blocks[block as usize]);
-            let (reach, way) = (a.motion_bound + b.motion_bound, a.way + b.way);
+            let (motion, travel) = (a.motion_bound + b.motion_bound, a.travel + b.travel);
             let apart = blocks.surface.distance_lower_bound(candidate.pair, at);
-            let nearness = if apart <= DISTANCE_CHECKED * (reach + blocks.tolerance) {
+            let nearness = if apart <= DISTANCE_CHECKED * (motion + blocks.tolerance) {
                 let surface = blocks.surface;
-                surface.cull(candidate.pair, at, blocks.range(reach))
+                surface.cull(candidate.pair, at, blocks.range(motion))
             } else {
                 CullingResult::Far
             };
             let excluded_until = match nearness {
                 CullingResult::ExcludedUntil(length) => {
-                    length + CULLING_RATE * way - CULLING_ROUND_OFF * blocks.tolerance
+                    length + CULLING_RATE * travel - CULLING_ROUND_OFF * blocks.tolerance
                 }
                 CullingResult::Near | CullingResult::Far => 0.0,
             };
-            let held = if nearness == CullingResult::Near {
-                way + f64::max(
-                    NEAR_MARGIN * blocks.tolerance,
-                    NEAR_MARGIN_IN_MOTION * reach,
-                )
+            let near_until = if nearness == CullingResult::Near {
+                travel
+                    + f64::max(
+                        NEAR_MARGIN * blocks.tolerance,
+                        NEAR_MARGIN_IN_MOTION * motion,
+                    )
             } else {
                 -1.0
             };
-            (apart + way, excluded_until, held)
+            CandidateTest {
+                far_until: apart + travel,
+                excluded_until,
+                near_until,
+            }
         };
         let SearchWorkspace {
             open,
-            looked,
+            tests,
             is_near,
             ..
         } = &mut self.workspace;
         let numbers = open.par_iter().with_min_len(CANDIDATES_PER_TASK);
-        numbers.map(look).collect_into_vec(looked);
-        for (&number, &(until, excluded_until, held)) in open.iter().zip(&*looked) {
+        numbers.map(test).collect_into_vec(tests);
+        for (&number, test) in open.iter().zip(&*tests) {
             let candidate = &mut self.candidates[number as usize];
-            (
-                candidate.far_until,
-                candidate.excluded_until,
-                candidate.near_until,
-            ) = (until, excluded_until, held);
-            if held >= 0.0 {
+            candidate.far_until = test.far_until;
+            candidate.excluded_until = test.excluded_until;
+            candidate.near_until = test.near_until;
+            if test.near_until >= 0.0 {
                 is_near[number as usize] = true;
                 self.found.push(number);
             }
@@ -446,7 +462,7 @@ impl Candidate {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BlockTravel {
     /// Travel so far.
-    pub(super) way: f64,
+    pub(super) travel: f64,
     /// Travel plus the distance that a near feature may have: half of the tolerance counts for
     /// either block.
     pub(crate) distance: f64,
@@ -456,20 +472,20 @@ pub(crate) struct BlockTravel {
 }
 
 impl MotionBound {
-    fn ahead(&self, tolerance: f64) -> BlockTravel {
+    fn travel_bounds(&self, tolerance: f64) -> BlockTravel {
         BlockTravel {
-            way: self.way,
-            distance: self.way + DISTANCE_KEPT * (self.motion_bound + 0.5 * tolerance),
-            turning: CULLING_RATE * self.way + self.motion_bound,
+            travel: self.travel,
+            distance: self.travel + DISTANCE_KEPT * (self.motion_bound + 0.5 * tolerance),
+            turning: CULLING_RATE * self.travel + self.motion_bound,
         }
     }
 }
 
 impl<const D: usize> SearchContext<'_, D> {
-    /// Returns the range of a relative motion of `reach`, m.
-    fn range(&self, reach: f64) -> CullingRange {
+    /// Returns the range of a relative `motion`, m.
+    fn range(&self, motion: f64) -> CullingRange {
         CullingRange {
-            reach,
+            motion,
             tolerance: self.tolerance,
         }
     }

@@ -144,7 +144,7 @@ fn measure(across: usize, steps: u32) {
             .search
             .blocks
             .iter()
-            .all(|reach| reach.way == 0.0);
+            .all(|bound| bound.travel == 0.0);
         searches += u32::from(just_searched);
     }
     let begun = begun(&run) - before;

@@ -62,7 +62,7 @@ fn stones() -> impl Strategy<Value = Vec<Stone>> {
 struct Crowd {
     stones: Vec<Stone>,
     boundary: Boundary2d,
-    patches: Clusters,
+    clusters: Clusters,
     block_of: Vec<u32>,
     fixed: Vec<bool>,
     speeds: Vec<f64>,
@@ -91,7 +91,7 @@ impl Crowd {
         let block_of: Vec<u32> = (0..mesh.nodes.len() as u32).map(|node| node / 3).collect();
         let speeds: Vec<f64> = stones.iter().map(Stone::speed).collect();
         Self {
-            patches: Clusters::new(&boundary, &block_of, &mesh.nodes),
+            clusters: Clusters::new(&boundary, &block_of, &mesh.nodes),
             boundary,
             block_of,
             fixed,
@@ -108,7 +108,7 @@ impl Crowd {
     fn blocks(&self) -> SearchContext<'_, 2> {
         SearchContext {
             surface: &self.boundary,
-            clusters: &self.patches,
+            clusters: &self.clusters,
             block_of: &self.block_of,
             fixed: &self.fixed,
             tolerance: TOLERANCE,
@@ -120,30 +120,30 @@ impl Crowd {
     }
 
     /// All pairs that are near for these motion bounds.
-    fn near(&self, at: Configuration<2>, share: &[f64]) -> Vec<Pair> {
+    fn near(&self, at: Configuration<2>, motion_bounds: &[f64]) -> Vec<Pair> {
         let blocks = self.blocks();
         let count = self.block_of.len() as u32;
         let all = (0..count).flat_map(|main| (0..count).map(move |target| Pair { main, target }));
         all.filter(|&pair| {
-            let reach: f64 = blocks
+            let motion: f64 = blocks
                 .of(pair)
-                .map(|block| share[block as usize])
+                .map(|block| motion_bounds[block as usize])
                 .iter()
                 .sum();
             self.may_meet(blocks.of(pair))
                 && blocks.surface.distance_lower_bound(pair, at)
-                    <= DISTANCE_CHECKED * (reach + TOLERANCE)
-                && self.boundary.cull(pair, at, blocks.range(reach)) == CullingResult::Near
+                    <= DISTANCE_CHECKED * (motion + TOLERANCE)
+                && self.boundary.cull(pair, at, blocks.range(motion)) == CullingResult::Near
         })
         .collect()
     }
 }
 
-fn shares(search: &CandidateSearch<2>) -> Vec<f64> {
+fn motion_bounds(search: &CandidateSearch<2>) -> Vec<f64> {
     search
         .blocks
         .iter()
-        .map(|reach| reach.motion_bound)
+        .map(|bound| bound.motion_bound)
         .collect()
 }
 
@@ -184,7 +184,7 @@ proptest! {
                 }
                 let before = pairs(search);
                 search.find_near(&crowd.blocks(), at, speeds, &may_meet, &mut near);
-                prop_assert_eq!(not_rightly_found(&near, &crowd.near(at, &shares(search)), &before), None);
+                prop_assert_eq!(not_rightly_found(&near, &crowd.near(at, &motion_bounds(search)), &before), None);
                 for pair in &near {
                     prop_assert!(search.is_near(*pair));
                     // Blocks that may touch may hand on the largest velocity among them.
@@ -206,7 +206,7 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
         velocity: [0.0; 2],
         spin: 0.0,
     };
-    let outrun = |beside: f64, far: f64| {
+    let exceeded_bounds = |beside: f64, far: f64| {
         let mut crowd = Crowd::new(vec![stone(0.0, 1.0), stone(2.0, 0.5), stone(50.0, 0.5)]);
         crowd.speeds = vec![0.0, 0.1, 0.1];
         let still = vec![[0.0; 2]; crowd.block_of.len()];
@@ -226,10 +226,13 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
         }
         search.exceeded_bounds()
     };
-    assert!(!outrun(0.02, -0.02), "no farther than expected");
-    assert!(!outrun(0.1, 0.1), "farther, but nothing is there");
-    assert!(outrun(-1.0, 0.0), "to where the fixed stone is");
-    assert!(outrun(0.0, 5.0), "farther than the search has looked");
+    assert!(!exceeded_bounds(0.02, -0.02), "no farther than expected");
+    assert!(!exceeded_bounds(0.1, 0.1), "farther, but nothing is there");
+    assert!(exceeded_bounds(-1.0, 0.0), "to where the fixed stone is");
+    assert!(
+        exceeded_bounds(0.0, 5.0),
+        "farther than the search has looked"
+    );
 }
 
 /// Two meshed boxes, one of which overlaps the other at a corner.
@@ -249,7 +252,7 @@ fn corner_in_corner() -> Mesh<3> {
 }
 
 #[test]
-fn patches_of_meshed_blocks_find_what_all_pairs_of_boxes_do() {
+fn clusters_of_meshed_blocks_find_what_all_pairs_of_boxes_do() {
     let mesh = corner_in_corner();
     let boundary = Boundary3d::new(&mesh, TOLERANCE);
     let block_of: Vec<u32> = (0..mesh.nodes.len() as u32)
@@ -257,7 +260,7 @@ fn patches_of_meshed_blocks_find_what_all_pairs_of_boxes_do() {
         .collect();
     let still = vec![[0.0; 3]; mesh.nodes.len()];
     let at = Configuration::new(&mesh.nodes, &still);
-    let patches = Clusters::new(&boundary, &block_of, &mesh.nodes);
+    let clusters = Clusters::new(&boundary, &block_of, &mesh.nodes);
     for margin in [0.0, 0.02, 0.3] {
         let mut all = Vec::new();
         for [mains, targets] in boundary.families() {
@@ -273,7 +276,7 @@ fn patches_of_meshed_blocks_find_what_all_pairs_of_boxes_do() {
             }
         }
         all.sort_unstable();
-        let found = patches.overlapping(&boundary, at, &|_| margin, &|[a, b]| a != b);
+        let found = clusters.overlapping(&boundary, at, &|_| margin, &|[a, b]| a != b);
         assert!(all.len() > 100);
         assert_eq!(found, all, "grown by {margin}");
     }

@@ -28,6 +28,7 @@ pub(crate) struct Boundary2d {
     pub(crate) edges: Vec<[u32; 2]>,
     /// Vertex number of each end of each edge.
     pub(crate) ends: Vec<[u32; 2]>,
+    /// Thickness, m.
     pub(crate) thickness: f64,
 }
 
@@ -72,17 +73,20 @@ impl Boundary2d {
         }
     }
 
+    /// Returns the positions of the ends of an edge, m.
     pub(crate) fn edge(&self, edge: u32, at: Configuration<2>) -> ([f64; 2], [f64; 2]) {
         let [a, b] = self.edges[edge as usize];
         (at.at(a), at.at(b))
     }
 
+    /// Returns the unit direction of an edge, with the block to its left.
     pub(crate) fn direction(&self, edge: u32, at: Configuration<2>) -> [f64; 2] {
         let (a, b) = self.edge(edge, at);
         let along = sub(&b, &a);
         scale(1.0 / norm(&along), &along)
     }
 
+    /// Returns the outward unit normal of an edge.
     pub(crate) fn outward(&self, edge: u32, at: Configuration<2>) -> [f64; 2] {
         let [x, y] = self.direction(edge, at);
         [y, -x]
@@ -94,6 +98,7 @@ impl Boundary2d {
         edges.fold([0.0; 2], |sum, edge| add(&sum, &self.outward(edge, at)))
     }
 
+    /// Returns the main node of a pair.
     pub(crate) fn main_node(&self, pair: Pair) -> u32 {
         self.vertices[pair.main as usize].node[0]
     }

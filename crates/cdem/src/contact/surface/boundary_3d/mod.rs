@@ -46,6 +46,7 @@ impl Boundary3d {
         }
     }
 
+    /// Returns the two features of a pair.
     pub(crate) fn feature_pair(&self, pair: Pair) -> FeaturePair {
         let triangles = self.triangulation.triangles.len() as u32;
         if pair.main < self.triangulation.vertex_count {

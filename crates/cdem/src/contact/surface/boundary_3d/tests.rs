@@ -69,8 +69,8 @@ pub(super) fn all_pairs(boundary: &Boundary3d) -> Vec<Pair> {
 }
 
 /// Returns the range of a relative motion and a tolerance, m.
-pub(super) fn range(reach: f64, tolerance: f64) -> CullingRange {
-    CullingRange { reach, tolerance }
+pub(super) fn range(motion: f64, tolerance: f64) -> CullingRange {
+    CullingRange { motion, tolerance }
 }
 
 /// All results for the pairs of a drift, as text: numbers with all their digits.
@@ -183,7 +183,7 @@ proptest! {
         warp in proptest::array::uniform8(vector(0.1)),
         shift in vector(0.3),
         flat in 1e-2..1.0_f64,
-        reach in 1e-6..1e-2_f64,
+        motion in 1e-6..1e-2_f64,
         ways in proptest::array::uniform16(vector(1.0)),
         of_one in 0.0..1.0_f64,
     ) {
@@ -197,19 +197,19 @@ proptest! {
         let still = vec![[0.0; 3]; 16];
         let at = Configuration::new(&mesh.nodes, &still);
         for pair in all_pairs(&boundary) {
-            let CullingResult::ExcludedUntil(length) = boundary.cull(pair, at, range(reach, tolerance)) else {
+            let CullingResult::ExcludedUntil(length) = boundary.cull(pair, at, range(motion, tolerance)) else {
                 continue;
             };
-            if length <= reach {
+            if length <= motion {
                 continue;
             }
-            let way = (1.0 - 1e-9) * (length - reach) / CULLING_RATE;
+            let way = (1.0 - 1e-9) * (length - motion) / CULLING_RATE;
             let moved: Vec<[f64; 3]> = (0..16).map(|node| {
                 let own = if node < 8 { of_one } else { 1.0 - of_one };
                 scale(own * way / norm(&ways[node]), &ways[node])
             }).collect();
             let then = Configuration::new(&mesh.nodes, &moved);
-            let nearness = boundary.cull(pair, then, range(reach, tolerance));
+            let nearness = boundary.cull(pair, then, range(motion, tolerance));
             prop_assert!(nearness != CullingResult::Near, "{pair:?} {length:e}");
         }
     }

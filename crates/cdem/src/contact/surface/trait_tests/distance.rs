@@ -6,10 +6,10 @@ use super::{
 };
 use crate::contact::surface::{Configuration, CullingRange, CullingResult, Distance};
 
-/// Returns the range of a relative motion of `reach`, m.
-fn range(reach: f64) -> CullingRange {
+/// Returns the range of a relative `motion`, m.
+fn range(motion: f64) -> CullingRange {
     CullingRange {
-        reach,
+        motion,
         tolerance: TOLERANCE,
     }
 }
@@ -131,7 +131,7 @@ fn a_vertex_in_the_plane_is_culled_by_its_distance() {
     let (mesh, boundary) = over_roof_2d(FLAT, tip_2d([1.0, 0.25]));
     let at = Configuration::at_rest(&mesh.nodes);
     let pair = pair(&boundary, &[plane::TIP], &plane::RIGHT_SIDE);
-    let within = |reach: f64| boundary.cull(pair, at, range(reach));
+    let within = |motion: f64| boundary.cull(pair, at, range(motion));
     assert_eq!(within(0.25), CullingResult::Near);
     assert_eq!(within(0.249), CullingResult::Far);
 }
@@ -141,7 +141,7 @@ fn a_vertex_in_space_is_culled_by_its_distance() {
     let (mesh, boundary) = over_roof_3d(FLAT, tip_3d([0.5, 1.0, 0.25]));
     let at = Configuration::at_rest(&mesh.nodes);
     let pair = pair(&boundary, &[space::TIP], &space::SIDE);
-    let within = |reach: f64| boundary.cull(pair, at, range(reach));
+    let within = |motion: f64| boundary.cull(pair, at, range(motion));
     assert_eq!(within(0.26), CullingResult::Near);
     assert_eq!(within(0.24), CullingResult::Far);
 }
@@ -151,7 +151,7 @@ fn edges_are_culled_by_their_distance() {
     let (mesh, boundary) = over_roof_3d(ROOF, keel([0.0, 0.0, 0.25]));
     let at = Configuration::at_rest(&mesh.nodes);
     let pair = pair(&boundary, &space::RIDGE, &space::KEEL);
-    let within = |reach: f64| boundary.cull(pair, at, range(reach));
+    let within = |motion: f64| boundary.cull(pair, at, range(motion));
     assert_eq!(within(0.26), CullingResult::Near);
     assert_eq!(within(0.24), CullingResult::Far);
 }

@@ -53,7 +53,7 @@ impl<const D: usize> First<D> {
         let margin = |_| 0.5 * (reach + TOLERANCE);
         let mut near = clusters.overlapping(&*surface, at, &margin, &|[a, b]| a != b);
         let range = CullingRange {
-            reach,
+            motion: reach,
             tolerance: TOLERANCE,
         };
         near.retain(|pair| surface.cull(*pair, at, range) == CullingResult::Near);
