@@ -88,8 +88,14 @@ fn above_fixed(cells: usize, is_damped: bool) -> Simulation {
 
 #[test]
 fn blocks_of_several_levels_above_a_fixed_one_give_the_same_bits_on_any_number_of_threads() {
+    assert_same_bits(2, || above_fixed(5, true));
+}
+
+#[test]
+#[ignore = "slow study: with and without damping"]
+fn damped_and_free_blocks_of_several_levels_give_the_same_bits_on_any_number_of_threads() {
     for is_damped in [false, true] {
-        assert_same_bits(2, || above_fixed(5, is_damped));
+        assert_same_bits(8, || above_fixed(5, is_damped));
     }
 }
 
