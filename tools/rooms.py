@@ -1,15 +1,14 @@
-"""Check that the files of the method import only from their own floor or from floors below.
+"""Check that the files of the method import only from their own layer or from layers below.
 
     python3 tools/rooms.py
 
 The order is written once: in ARCHITECTURE.md. A text block there that begins with a folder
 of sources is a tree. Each other line names files, or a folder by a slash at its end, and
-says what they hold. In the tree of the method that names `lib` the rooms stand in their
-order, top first, and so does what is in contact: a folder is a floor, and so is a run of
-files.
+describes them. In the tree of the method, which names `lib`, folders are layers, top first,
+and so are the parts of contact. Files between two folders form one layer.
 
-- What a tree names exists, and that tree names every file but tests.
-- No import climbs to a higher floor.
+- Each name in a tree exists, and a tree names every file below its folder but tests.
+- No import climbs to a higher layer.
 - No circle of imports goes through files of two folders.
 
 An import is a path in a `use` tree, or one in code that begins with `crate`, `self`,
@@ -195,11 +194,11 @@ def files_of(source, path):
     return [source / path, source / f"{path}.rs", source / path / "mod.rs"]
 
 
-class Floors:
-    """The floors of the method's files, 0 on top, and their names."""
+class Layers:
+    """The layers of the method's files, 0 on top, and their names."""
 
     def __init__(self, paths):
-        self.floor, self.known = {}, set(paths)
+        self.layer, self.known = {}, set(paths)
         for folder in ORDERED:
             number, was_file = -1, False
             names = (path.removeprefix(folder) for path in paths if path.startswith(folder))
@@ -207,24 +206,24 @@ class Floors:
                 is_file = not name.endswith("/")
                 number += not (is_file and was_file)
                 was_file = is_file
-                self.floor[folder + name] = number
+                self.layer[folder + name] = number
 
     def of(self, module):
         """Floor of a module, from the crate down, and its name; None where no tree has it."""
         if not module:
-            return ((self.floor["lib"],), "lib") if "lib" in self.floor else None
-        floors, folder = [], ""
+            return ((self.layer["lib"],), "lib") if "lib" in self.layer else None
+        layers, folder = [], ""
         for name in module:
             path = next((p for p in (f"{folder}{name}/", folder + name) if p in self.known), None)
             if path is None:
                 return None
             if folder in ORDERED:
-                floors.append(self.floor[path])
+                layers.append(self.layer[path])
                 ordered = path
             folder = path
         if folder in ORDERED:
-            floors.append(self.floor.get(folder + "mod", 0))
-        return tuple(floors), ordered.rstrip("/")
+            layers.append(self.layer.get(folder + "mod", 0))
+        return tuple(layers), ordered.rstrip("/")
 
 
 def circle_complaints(crate, where):
@@ -262,18 +261,18 @@ def folder_of(file, files):
     return file.parent.parent if is_alone else file.parent
 
 
-def climbing_complaints(crate, floors, where):
-    """Imports from a higher floor."""
+def climbing_complaints(crate, layers, where):
+    """Imports from a higher layer."""
     for path, module in crate.modules.items():
-        own = floors.of(path)
+        own = layers.of(path)
         if own is None:
             continue
         climbs = {}
         for used, line, _ in crate.imports[path]:
             for other in {crate.module_of(used), crate.origin(used)}:
-                floor = floors.of(other)
-                if floor and floor[0] < own[0]:
-                    climbs.setdefault(floor[1], []).append((line, used[-1] if used else "crate"))
+                layer = layers.of(other)
+                if layer and layer[0] < own[0]:
+                    climbs.setdefault(layer[1], []).append((line, used[-1] if used else "crate"))
         for room, names in climbs.items():
             line = min(line for line, _ in names)
             taken = ", ".join(sorted({name for _, name in names}))
@@ -297,18 +296,18 @@ def complaints(root):
     if paths is None:
         yield f"{DOCUMENT}:1: no tree of {METHOD} names lib"
         return
-    crate, floors = Crate(root / METHOD), Floors(paths)
+    crate, layers = Crate(root / METHOD), Layers(paths)
     for path, module in crate.modules.items():
-        if floors.of(path) is None:
+        if layers.of(path) is None:
             yield f"{where(module.file)}:1: the tree of {DOCUMENT} does not have this file"
-    climbing = list(climbing_complaints(crate, floors, where))
+    climbing = list(climbing_complaints(crate, layers, where))
     # An import that climbs mostly closes a circle, which says less.
     yield from climbing or circle_complaints(crate, where)
 
 
 def main():
     found = list(complaints(ROOT))
-    print("\n".join(found) if found else "files of the method import from their own floor or below")
+    print("\n".join(found) if found else "files of the method import from their own layer or below")
     return 1 if found else 0
 
 

@@ -108,8 +108,9 @@ impl<const D: usize> Contacts<D> {
         Some(shift)
     }
 
-    /// Transfers contacts to the `surface` of another mesh of the same blocks. A contact stays at its material point. If that point no longer exists, the
-    /// contact continues as the nearest new contact of its blocks, or ends.
+    /// Transfers contacts to the `surface` of another mesh of the same blocks. A contact stays at
+    /// its material point. If that point no longer exists, the contact continues as the nearest new
+    /// contact of its blocks, or ends.
     pub(crate) fn remesh(
         &mut self,
         exchange: MeshExchange<D>,

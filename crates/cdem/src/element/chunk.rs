@@ -38,8 +38,8 @@ pub(super) struct LevelGroup<const D: usize, const N: usize, const Q: usize> {
     pub(super) batches: Batches<D, N, Q>,
 }
 
-/// Position of an element of a set: [`MAX_CHUNK`] times the index of its chunk, plus its index in the
-/// chunk, counted over the groups one after the other.
+/// Position of an element of a set: [`MAX_CHUNK`] times the index of its chunk, plus its index in
+/// the chunk, counted over the groups one after the other.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ElementSlot(u32);
 

@@ -40,8 +40,8 @@ impl Boundary2d {
     }
 
     /// Returns true if a touch within `zone`, m, of an end of the target edge is a touch of the
-    /// next edge, at a convex corner. A point that slides along one edge crosses the line of the other,
-    /// which is no touch. The positions `then` are those at the end of the drift.
+    /// next edge, at a convex corner. A point that slides along one edge crosses the line of the
+    /// other, which is no touch. The positions `then` are those at the end of the drift.
     fn belongs_to_other_edge(
         &self,
         pair: Pair,

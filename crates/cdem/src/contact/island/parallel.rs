@@ -110,9 +110,9 @@ pub(crate) fn kick<const D: usize>(
         .collect()
 }
 
-/// Moves all islands that are due through their drift. Adds the impulses on
-/// nodes to lists. An island whose pairs touch sees the other islands as they were before the drift, and nodes
-/// of no island as they are after it.
+/// Moves all islands that are due through their drift. Adds the impulses on nodes to lists. An
+/// island whose pairs touch sees the other islands as they were before the drift, and nodes of no
+/// island as they are after it.
 pub(crate) fn drift<const D: usize, I: BodyCoupling<D>>(
     islands: &mut [Island<D>],
     context: &ContactContext<D>,
