@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use cdem::mesh::{MeshError, RawMesh, assemble};
+use cdem::scene::Geometry;
 use cdem::{AnyMesh, Simulation};
 use cdem_io::gmsh;
 use cdem_io::scene::{SceneFile, parse};
@@ -258,6 +259,47 @@ fn a_folder_is_told_with_the_meshes_in_it() {
     assert_eq!(lines, [expected]);
 }
 
+/// The advice on a group without elements depends on the elements that the file has.
+#[test]
+fn an_empty_group_is_told_with_what_the_file_has() {
+    let file = |groups: [u32; 2]| {
+        let [one, other] = groups;
+        format!(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n\
+             $PhysicalNames\n2\n3 1 \"left\"\n3 2 \"right\"\n$EndPhysicalNames\n\
+             $Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 0 0 -1\n$EndNodes\n\
+             $Elements\n2\n1 4 2 {one} 1 1 2 3 4\n2 4 2 {other} 2 1 3 2 5\n$EndElements\n"
+        )
+    };
+    let mut scene = scene(3).scene;
+    let Geometry::Mesh { group, .. } = &mut scene.block[0].geometry else {
+        panic!("a mesh")
+    };
+    *group = Some("left".to_owned());
+    let told = |groups| {
+        let mut load = |_: &Path| gmsh::parse("stone.msh", file(groups).as_bytes());
+        let error = assemble::<3>(&scene, &mut load).expect_err("nothing in the group");
+        error.to_string()
+    };
+    let start = "block \"stone\" (stone.msh): physical group \"left\" has no 3-D elements; ";
+    // Written by Gmsh with Mesh.SaveAll = 1.
+    assert_eq!(
+        told([0, 0]),
+        format!(
+            "{start}the file has 2 of them, but none belongs to a physical group: MSH 2.2 with \
+             Mesh.SaveAll = 1 writes none; set it to 0, or write version 4.1 \
+             (Mesh.MshFileVersion = 4.1)"
+        )
+    );
+    assert_eq!(
+        told([2, 2]),
+        format!(
+            "{start}the file has 2 of them outside this group; add elements to the group in \
+             Gmsh, or choose another group"
+        )
+    );
+}
+
 /// Unusual but valid files.
 #[test]
 fn files_that_are_only_unusual_are_read() {
@@ -284,6 +326,12 @@ fn files_that_are_only_unusual_are_read() {
     ] {
         let mesh = gmsh::parse("plate.msh", text.as_bytes());
         assert_eq!(mesh.as_ref(), Ok(&expected), "{what}");
+    }
+    // As Neper writes them: a name without quotes ends with the line.
+    for name in ["bound1", "left wall", "Süd"] {
+        let mesh = gmsh::parse("plate.msh", named(name).as_bytes());
+        let groups = mesh.expect(name).groups;
+        assert!(groups.iter().any(|group| group.name == name), "{name}");
     }
     for name in ["left, right", "the \"base\"", "Süd", " "] {
         let mesh = gmsh::parse("plate.msh", named(&format!("\"{name}\"")).as_bytes());

@@ -26,6 +26,38 @@ fn a_good_scene_is_not_warned_of() {
     assert_eq!(of(FALL), "");
 }
 
+#[test]
+fn a_key_of_a_model_that_is_not_chosen_is_told() {
+    let model = "model = \"unified-node\"";
+    let scene = FALL.replace(model, &format!("{model}\nmax_level = 3"));
+    assert_ne!(scene, FALL);
+    insta::assert_snapshot!(of(&scene));
+}
+
+/// A lumped quadrilateral alone has three times its moment of inertia.
+#[test]
+fn many_blocks_with_wrong_inertia_are_told_once() {
+    let element = "element = \"quad4\"\nmaterial = \"rock\"\nvelocity";
+    let split = |mass: &str| {
+        let keys = format!("split = \"cells\"\nmass = \"{mass}\"\n{element}");
+        let scene = FALL
+            .replace(element, &keys)
+            .replace("\"stone\"\npoint", "\"stone.1\"\npoint");
+        assert_ne!(scene, FALL);
+        scene
+    };
+    insta::assert_snapshot!(of(&split("lumped")));
+    assert_eq!(of(&split("auto")), "");
+}
+
+#[test]
+fn fixed_blocks_may_overlap_each_other() {
+    let wall = "[[block]]\nname = \"wall\"\n\
+                shape = { box = { min = [1.5, -1.0], max = [2.0, 2.0], divisions = [1, 6] } }\n\
+                material = \"rock\"\nfixed = true\n\n[contact]";
+    assert_eq!(of(&FALL.replace("[contact]", wall)), "");
+}
+
 /// Two triangles without a common node, as Gmsh 2.2 writes them.
 const APART: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n\
     $Nodes\n6\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 2 0 0\n5 3 0 0\n6 3 1 0\n$EndNodes\n\

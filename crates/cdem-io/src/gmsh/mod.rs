@@ -225,7 +225,7 @@ fn kind(scanner: &mut Scanner) -> Result<(Version, bool), MeshError> {
 const LONGEST: usize = 60;
 
 const NAME_LINE: &str = "write a line such as 2 1 \"stone\": a dimension from 0 to 3, a number \
-     below 2^31, and a name in quotes";
+     below 2^31, and a name";
 
 /// Reads `$PhysicalNames`, which is text in binary files, too.
 fn physical_names(scanner: &mut Scanner, collector: &mut Collector) -> Result<(), MeshError> {
@@ -253,11 +253,16 @@ fn physical_names(scanner: &mut Scanner, collector: &mut Collector) -> Result<()
     Ok(())
 }
 
-/// Parses dimension, number and name of a physical group.
+/// Parses dimension, number and name of a physical group. As in Gmsh, a name without quotes ends
+/// with the line.
 fn physical_name(line: &str) -> Option<(usize, i32, &str)> {
     let (dimension, rest) = line.split_once(char::is_whitespace)?;
-    let (tag, quoted) = rest.trim_start().split_once(char::is_whitespace)?;
-    let name = quoted.trim_start().strip_prefix('"')?.strip_suffix('"')?;
+    let (tag, text) = rest.trim_start().split_once(char::is_whitespace)?;
+    let text = text.trim();
+    let name = match text.strip_prefix('"') {
+        Some(quoted) => quoted.strip_suffix('"')?,
+        None => text,
+    };
     let dimension = dimension.parse().ok().filter(|&dimension| dimension <= 3)?;
     let tag = tag.parse().ok().filter(|&tag| tag >= 0)?;
     Some((dimension, tag, name))

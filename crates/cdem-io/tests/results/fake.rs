@@ -190,6 +190,7 @@ pub(crate) fn scene(history: Cadence, frames: Cadence) -> Scene {
             checkpoint: 0.0,
         },
         probe: vec![],
+        warnings: vec![],
     }
 }
 

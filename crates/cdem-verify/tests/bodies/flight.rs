@@ -175,6 +175,22 @@ fn blocks_spin_in_the_plane() {
     }
 }
 
+/// Gmsh's tetrahedra have nodes far out: their lumped masses have a quarter too much inertia.
+#[test]
+fn a_freely_meshed_cube_has_the_inertia_of_a_cube() {
+    let mut simulation = load("spinning-cube").start();
+    let row = simulation.history();
+    println!("{:?} N m s, {} J", row.angular_momentum, row.kinetic_energy);
+    assert!((row.angular_momentum[2] / 400.0 - 1.0).abs() < 1e-12);
+    assert!(
+        row.angular_momentum[..2]
+            .iter()
+            .all(|l| l.abs() < 1e-12 * 400.0)
+    );
+    assert!((row.kinetic_energy / 200.0 - 1.0).abs() < 1e-12);
+    assert_eq!(simulation.warnings(), [""; 0]);
+}
+
 /// Flies single elements of three shapes.
 fn single_elements_tumble(turns: f64) {
     for kinematics in BOTH {

@@ -8,6 +8,7 @@ mod corners;
 mod crowd;
 mod fine_ground;
 mod hertz;
+mod in_line;
 mod joints;
 mod many;
 mod paper;

@@ -8,7 +8,10 @@ use crate::halvings::halvings_at;
 /// follows from Coulomb's law and the normal impulse.
 #[test]
 fn feet_slide_along_a_strip() {
-    let mut simulation = load("sliding-feet").start();
+    let mut case = load("sliding-feet");
+    // With 1 % one halving is enough.
+    case.scene.contact.energy_loss = 2e-3;
+    let mut simulation = case.start();
     let friction = 5_f64.to_radians().tan();
     // Load on 1.2 m of the top of the sled.
     let load = 1.2 * 6956.0;
@@ -39,7 +42,7 @@ fn feet_slide_along_a_strip() {
         contacts[1].slip,
         simulation.history().remesh_loss,
     );
-    assert!(checked > 60, "{checked}");
+    assert!(checked > 40, "{checked}");
     assert!(contacts.iter().all(|contact| contact.slip > 20.0 * 0.25));
     // 0.6 % more is measured: the effect of first touches and vibration.
     assert!((lost / exact - 1.0).abs() < 1e-2, "{lost} {exact}");

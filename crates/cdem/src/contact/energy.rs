@@ -19,7 +19,7 @@ pub(crate) struct ContactEnergies {
     pub(crate) unsolved_count: u64,
     pub(crate) residual: f64,
     /// The number of times that a contact slid farther in a substep than the size of its
-    /// target.
+    /// target. On the way it stayed in a plane that the surface may have left.
     pub(crate) overtravel_count: u64,
     /// Deepest penetration at the start of a kick, m.
     pub(crate) penetration: f64,

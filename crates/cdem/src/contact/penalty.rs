@@ -4,7 +4,6 @@
 use crate::contact::constraint::contact_constraint::shear_norm;
 use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, DriftInterval};
 use crate::contact::constraint::context::ContactContext;
-use crate::contact::constraint::target_tracking::TargetTracking;
 use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
 use crate::contact::island::parallel::IslandKicks;
@@ -49,8 +48,8 @@ impl<const D: usize> Island<D> {
         let mut ended = Vec::new();
         self.contact_points.retain_mut(|contact| {
             contact.is_sticking = false; // the foot follows the point; the springs do not
-            let followed = contact.track_target(context, motion.positions(), |_| false);
-            let kick = (followed != TargetTracking::LeftSurface)
+            let is_on_surface = contact.track_target(context, motion.positions(), |_| false);
+            let kick = is_on_surface
                 .then(|| contact.spring(context, motion, kick.before, interval, energies))
                 .flatten();
             let Some(jacobian) = kick else {

@@ -124,18 +124,14 @@ pub enum BlockFault {
         expected: &'static str,
     },
     /// The mesh or group has no elements for a block.
-    #[error(
-        "{what} has no {dimension}-D elements; make a mesh of that dimension (gmsh -{dimension}), \
-         and save physical groups of that dimension or use Mesh.SaveAll = 1{}",
-        instead(*found)
-    )]
+    #[error("{what} has no {dimension}-D elements; {}", present.advice(*dimension))]
     Empty {
         /// The mesh or the group.
         what: String,
         /// Dimension of the scene.
         dimension: usize,
-        /// Highest dimension of the cells that exist instead.
-        found: Option<usize>,
+        /// The elements of the file.
+        present: PresentCells,
     },
     /// A 2-D mesh does not lie in a plane z = constant.
     #[error(
@@ -323,15 +319,50 @@ impl BlockFault {
 pub(super) const FARTHEST: f64 = 1e100;
 
 /// Returns the words for the cells that a mesh has in place of elements of the scene's dimension.
-fn instead(found: Option<usize>) -> String {
-    match found {
-        None => String::new(),
-        Some(dimension @ 2..) => {
-            format!(
-                "; or set dimension = {dimension} in the scene to use its {dimension}-D elements"
-            )
+/// Elements of a mesh file that has none for a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PresentCells {
+    /// No elements.
+    Nothing,
+    /// Points or lines alone.
+    PointsOrLines,
+    /// Elements for a scene of this dimension.
+    OfDimension(usize),
+    /// 2-D elements out of one plane, for a 3-D scene.
+    SurfaceInSpace,
+    /// This number of elements of the scene's dimension, none of them in a physical group.
+    WithoutGroups(usize),
+    /// This number of elements of the scene's dimension, in other groups.
+    InOtherGroups(usize),
+}
+
+impl PresentCells {
+    /// Returns the advice for a scene of this dimension.
+    fn advice(self, dimension: usize) -> String {
+        let mesh = format!(
+            "make a mesh of that dimension (gmsh -{dimension}), and save physical groups of that \
+             dimension or use Mesh.SaveAll = 1"
+        );
+        match self {
+            Self::Nothing => mesh,
+            Self::PointsOrLines => format!("{mesh}; it has only points or lines"),
+            Self::OfDimension(other) => format!(
+                "{mesh}; or set dimension = {other} in the scene to use its {other}-D elements"
+            ),
+            Self::SurfaceInSpace => "it is a surface, and a block is a volume: in Gmsh, extrude \
+                 the surface, or close it to a surface loop and fill it with a volume, then make \
+                 a mesh of the volume (gmsh -3)"
+                .to_owned(),
+            Self::WithoutGroups(count) => format!(
+                "the file has {count} of them, but none belongs to a physical group: MSH 2.2 with \
+                 Mesh.SaveAll = 1 writes none; set it to 0, or write version 4.1 \
+                 (Mesh.MshFileVersion = 4.1)"
+            ),
+            Self::InOtherGroups(count) => format!(
+                "the file has {count} of them outside this group; add elements to the group in \
+                 Gmsh, or choose another group"
+            ),
         }
-        Some(_) => "; it has only points or lines".to_owned(),
     }
 }
 

@@ -30,7 +30,7 @@ use std::ops::Range;
 
 pub use crate::mesh::assemble::assemble;
 pub(crate) use crate::mesh::error::coordinates;
-pub use crate::mesh::error::{BlockFault, MeshError};
+pub use crate::mesh::error::{BlockFault, MeshError, PresentCells};
 pub use crate::mesh::overlap::{Overlap, overlap};
 pub(crate) use crate::mesh::quality::volume;
 pub use crate::mesh::raw_mesh::{CellKind, RawCells, RawGroup, RawMesh};

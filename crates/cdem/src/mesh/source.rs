@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::mesh::assemble::SourceCell;
 use crate::mesh::error::nearest;
 use crate::mesh::facet::sorted;
-use crate::mesh::{BlockFault, CellKind, Element, MeshError, RawMesh};
+use crate::mesh::{BlockFault, CellKind, Element, MeshError, PresentCells, RawMesh};
 
 /// A raw mesh with its cells and groups sorted for look-up.
 pub(super) struct MeshSource {
@@ -106,13 +106,40 @@ impl MeshSource {
             None => "the mesh".to_owned(),
             Some(name) => format!("physical group \"{name}\""),
         };
-        let others = self.raw.cells.iter().filter(|_| group.is_none());
-        let found = others.map(|cells| cells.kind.dimension()).max();
         Err(BlockFault::Empty {
             what,
             dimension,
-            found,
+            present: self.present(dimension),
         })
+    }
+
+    /// Returns the elements of the file, for a block that finds none of this dimension.
+    fn present(&self, dimension: usize) -> PresentCells {
+        let count: usize = self.cells.iter().map(Vec::len).sum();
+        if count > 0 {
+            // The first set is that of no group.
+            let without = self.cells[0].len() == count;
+            return if without {
+                PresentCells::WithoutGroups(count)
+            } else {
+                PresentCells::InOtherGroups(count)
+            };
+        }
+        let dimensions = self.raw.cells.iter().map(|cells| cells.kind.dimension());
+        match dimensions.max() {
+            None => PresentCells::Nothing,
+            Some(0 | 1) => PresentCells::PointsOrLines,
+            Some(2) if !self.is_planar() => PresentCells::SurfaceInSpace,
+            Some(other) if other == dimension => PresentCells::Nothing,
+            Some(other) => PresentCells::OfDimension(other),
+        }
+    }
+
+    /// True if all points have one z.
+    fn is_planar(&self) -> bool {
+        let mut heights = self.raw.points.iter().map(|point| point[2]);
+        let first = heights.next();
+        heights.all(|z| Some(z) == first)
     }
 
     /// Returns the indices of the groups of cells called `name`.

@@ -59,7 +59,8 @@ pub enum ModelError {
     /// Blocks overlap at the start.
     #[error(
         "blocks \"{}\" and \"{}\" overlap at {} by {} m, more than the contact tolerance of \
-         {} m; move one of them (`translate`){}",
+         {} m; move one of them (`translate`), or give the pair no contact (`[[contact.pair]]` \
+         with `enabled = false`){}",
         blocks[0], blocks[1], place(at), short(*depth), short(*tolerance),
         if *depth <= RAISABLE * edge { ", or raise `contact.tolerance`" } else { "" }
     )]

@@ -122,6 +122,10 @@ const LUMPED: u32 = u32::MAX;
 /// Number of nodes of a dense block that are kicked in one SIMD loop.
 const ABREAST: usize = 8;
 
+/// Largest number of nodes of a dense block whose inverse stays in the cache nearest to the
+/// processor (32 KiB), so that rows can be read across columns.
+const FEW_NODES: usize = 64;
+
 impl<const D: usize> InverseMass<D> {
     /// Creates the matrix with all components free. `dense` lists the first node and the n×n mass
     /// matrix of each dense block.
@@ -383,6 +387,10 @@ impl<const D: usize> WithSimd for ImpulseKick<'_, D> {
                 }
                 continue;
             };
+            if dense.size > FEW_NODES {
+                kick_by_columns(dense, impulse, velocity);
+                continue;
+            }
             let (some, rest) = velocity.as_chunks_mut::<ABREAST>();
             let first = ABREAST * some.len();
             for (velocity, first) in some.iter_mut().zip((0..).step_by(ABREAST)) {
@@ -390,6 +398,23 @@ impl<const D: usize> WithSimd for ImpulseKick<'_, D> {
             }
             for (velocity, first) in rest.iter_mut().zip(first..) {
                 kick_abreast(dense, first, impulse, std::array::from_mut(velocity));
+            }
+        }
+    }
+}
+
+/// Adds the impulses to all nodes of a dense block, column by column: the order in which memory
+/// holds the inverse. The sums have the same order as in [`kick_abreast`].
+#[inline(always)]
+fn kick_by_columns<const D: usize>(
+    dense: &Dense<D>,
+    impulse: &[[f64; D]],
+    velocity: &mut [[f64; D]],
+) {
+    for (node, impulse) in impulse.iter().enumerate() {
+        for c in 0..D {
+            for (velocity, inverse) in velocity.iter_mut().zip(dense.column(node, c)) {
+                velocity[c] += inverse * impulse[c];
             }
         }
     }
@@ -453,11 +478,11 @@ mod tests {
     use super::*;
 
     /// A kick gives the same bits as impulses on one node after the other. The blocks have fewer
-    /// and more nodes than [`ABREAST`], and some components are prescribed.
+    /// and more nodes than [`ABREAST`] and [`FEW_NODES`], and some components are prescribed.
     #[test]
     fn a_kick_is_a_push_on_each_node_in_turn() {
         let mut random = fastrand::Rng::with_seed(3);
-        let blocks: [&[usize]; 2] = [&[1, 3, 8, 12, 17], &[1; 41]];
+        let blocks: [&[usize]; 2] = [&[1, 3, 8, 12, 17, FEW_NODES + 1], &[1; 41]];
         for sizes in blocks {
             let (mut mass, mut dense) = (Vec::new(), Vec::new());
             for &n in sizes {

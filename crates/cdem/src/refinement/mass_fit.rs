@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::element::mass::least_change::LeastChange;
+
 /// Mass of some nodes with first and second moments. All masses with the same moments give a rigid
 /// or linear velocity field the same momenta and energy.
 #[derive(Clone, Debug)]
@@ -18,12 +20,6 @@ struct PrincipalFrame<const D: usize> {
     centre: [f64; D],
     axes: DMatrix<f64>,
 }
-
-/// Fraction of the largest eigenvalue below which the nodes cannot resolve a function.
-const RANK: f64 = 1e-10;
-
-/// Fraction of the mass by which a moment may be off: round-off.
-const LACK: f64 = 1e-12;
 
 impl<const D: usize> PrincipalFrame<D> {
     fn new(points: &[[f64; D]], masses: &[f64]) -> Self {
@@ -79,38 +75,22 @@ impl<const D: usize> Moments<D> {
         }
     }
 
-    /// Returns the factors on the `masses`, kg, of nodes at `points` that give them these moments,
-    /// none below `least`. They are the nearest to 1 in the mass-weighted mean square, except that
-    /// a factor once found too low stays at `least`. Returns `None` if the nodes are too few.
+    /// Returns the [least change](LeastChange) of the `masses`, kg, of nodes at `points` that gives
+    /// them these moments: factors of at least `least`. Returns `None` if there are none.
     ///
-    /// With many nodes the factor is 1 plus a quadratic polynomial; it tends to 1 with the square of
-    /// the distance of the nodes from each other. A polynomial alone would need a tetrahedron cut into 1024 before it leaves the
-    /// corners 0.3 of their masses. With this bound 64 are enough, and 16 triangles in 2-D: two
-    /// halvings of all elements.
+    /// With many nodes the factor is 1 plus a quadratic polynomial; it tends to 1 with the square
+    /// of the distance of the nodes from each other. A polynomial alone would need a tetrahedron
+    /// cut into 1024 before it leaves the corners 0.3 of their masses. With this bound 64 are
+    /// enough, and 16 triangles in 2-D: two halvings of all elements.
     pub(crate) fn fit(&self, points: &[[f64; D]], masses: &[f64], least: f64) -> Option<Vec<f64>> {
-        let functions = self.functions(points);
-        let mut is_low = vec![false; points.len()];
-        loop {
-            let change = self.change(&functions, masses, &is_low, least)?;
-            let factor = |node: usize| {
-                if is_low[node] {
-                    least
-                } else {
-                    1.0 + change[node]
-                }
-            };
-            let factors: Vec<f64> = (0..points.len()).map(factor).collect();
-            // Nodes with too little mass keep the least factor, and all others are fitted again.
-            let lower = factors.iter().map(|&factor| factor < least);
-            let lower: Vec<bool> = lower.collect();
-            if !lower.contains(&true) {
-                return Some(factors);
-            }
-            is_low
-                .iter_mut()
-                .zip(lower)
-                .for_each(|(low, lower)| *low |= lower);
-        }
+        let mass = self.values[0];
+        let masses: Vec<f64> = masses.iter().map(|own| own / mass).collect();
+        let change = LeastChange {
+            functions: &self.functions(points),
+            masses: &masses,
+            least,
+        };
+        change.factors(&(&self.values / mass))
     }
 
     /// Returns the products of the linear functions (columns) at nodes (rows).
@@ -122,35 +102,5 @@ impl<const D: usize> Moments<D> {
             let (k, l) = products[f];
             linear[node][k] * linear[node][l]
         })
-    }
-
-    /// Returns the changes of the factors that give the moments, smallest in the mean square. They
-    /// start from 1, or from `least` for low factors, whose entries have no meaning.
-    fn change(
-        &self,
-        functions: &DMatrix<f64>,
-        masses: &[f64],
-        is_low: &[bool],
-        least: f64,
-    ) -> Option<DVector<f64>> {
-        let count = masses.len();
-        let start = |node: usize, _| masses[node] * if is_low[node] { least } else { 1.0 };
-        let missing = &self.values - functions.tr_mul(&DVector::from_fn(count, start));
-        let free = |node: usize| if is_low[node] { 0.0 } else { masses[node] };
-        let weighted = DMatrix::from_fn(count, missing.len(), |node, f| {
-            free(node) * functions[(node, f)]
-        });
-        let eigen = functions.tr_mul(&weighted).symmetric_eigen();
-        let rank = RANK * eigen.eigenvalues.max();
-        let mut coefficients = DVector::zeros(missing.len());
-        for (mode, &value) in eigen.eigenvectors.column_iter().zip(&eigen.eigenvalues) {
-            let part = mode.dot(&missing);
-            if value > rank {
-                coefficients += mode * (part / value);
-            } else if part.abs() > LACK * self.values[0] {
-                return None;
-            }
-        }
-        Some(functions * coefficients)
     }
 }

@@ -11,7 +11,8 @@ use crate::scene::{
 };
 
 /// Returns the scene in the keys of the scene file, with every default filled in: SI units, angles
-/// in degrees. Reading it again gives the same scene, bit for bit.
+/// in degrees. Reading it again gives the same scene, bit for bit, without its warnings: keys that
+/// have no effect are left out.
 #[must_use]
 pub fn as_input(scene: &Scene) -> impl Serialize + use<> {
     scene_input(scene)

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::scene::element_kind::ElementKind;
+use crate::scene::problem::Problem;
 use crate::scene::schedule::Schedule;
 
 /// A whole scene. Vectors have as many components as the dimension.
@@ -39,6 +40,8 @@ pub struct Scene {
     pub output: Output,
     /// Points to follow.
     pub probe: Vec<Probe>,
+    /// Warnings of keys that have no effect.
+    pub warnings: Vec<Problem>,
 }
 
 /// Out-of-plane assumption in 2-D.

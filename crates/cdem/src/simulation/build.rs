@@ -221,14 +221,18 @@ fn refuse_tolerance<const D: usize>(mesh: &Mesh<D>, tolerance: f64) -> Result<()
     Ok(())
 }
 
-/// Refuses an overlap deeper than the tolerance between blocks that have contact with each other.
+/// Refuses an overlap deeper than the tolerance between blocks that can touch each other: not if
+/// both are fixed.
 fn refuse_overlap<const D: usize>(
     scene: &Scene,
     mesh: &Mesh<D>,
     tolerance: f64,
 ) -> Result<(), ModelError> {
     let laws = crate::contact::constraint::law::ContactLaws::new(scene, mesh);
-    let see = |a: usize, b: usize| laws.between(a as u32, b as u32).enabled;
+    let is_fixed = |block: usize| scene.block[mesh.blocks[block].source].fixed;
+    let see = |a: usize, b: usize| {
+        !(is_fixed(a) && is_fixed(b)) && laws.between(a as u32, b as u32).enabled
+    };
     let Some(overlap) = crate::mesh::overlap(mesh, tolerance, &see) else {
         return Ok(());
     };

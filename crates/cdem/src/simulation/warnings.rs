@@ -1,5 +1,6 @@
 //! Warnings about scene and mesh: valid input that is most likely not intended.
 
+use crate::element::mass::MAX_CONSISTENT_NODES;
 use crate::element::material::Elastic;
 use crate::math::format::short;
 use crate::math::vector::{norm, sub};
@@ -27,7 +28,9 @@ pub(super) fn scene_warnings<const D: usize>(
     model: &Model<D>,
     shortest: &[f64],
 ) -> Vec<Problem> {
-    let mut found = blocks(scene, model);
+    let mut found = scene.warnings.clone();
+    found.extend(inertia(scene, model));
+    found.extend(unconnected_parts(scene, model));
     found.extend(materials(scene));
     found.extend(joints(scene));
     found.extend(tolerance(scene, &model.mesh));
@@ -42,32 +45,65 @@ fn at(list: &str, number: usize, key: &str) -> KeyPath {
     KeyPath::root().key(list).index(number).key(key)
 }
 
-/// Warns of wrong moments of inertia, and of unconnected parts that pass through each other.
-fn blocks<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
+/// Warns of wrong moments of inertia: one warning for all blocks of one `[[block]]`.
+fn inertia<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
+    let blocks = || model.mesh.blocks.iter().zip(&model.blocks);
+    let warning = |source: usize| {
+        let wrong = blocks().filter(|(block, data)| {
+            block.source == source && !data.fixed && data.inertia_error > INERTIA_ERROR
+        });
+        let wrong: Vec<_> = wrong.collect();
+        let worst = wrong
+            .iter()
+            .map(|(_, data)| data.inertia_error)
+            .fold(0.0, f64::max);
+        let named = match wrong.as_slice() {
+            [] => return None,
+            [(block, _)] => format!("block \"{}\": its moment of inertia has", block.name),
+            [(first, _), .., (last, _)] => format!(
+                "{} blocks from \"{}\" to \"{}\": their moments of inertia have",
+                wrong.len(),
+                first.name,
+                last.name
+            ),
+        };
+        let most = wrong
+            .iter()
+            .map(|(block, _)| block.nodes.len())
+            .max()
+            .unwrap_or(0);
+        let dense = if most <= MAX_CONSISTENT_NODES {
+            ", or mass = \"consistent\", which is exact"
+        } else {
+            ""
+        };
+        let message = format!(
+            "{named} an error of {}{:.1} %; use more elements across the thinnest part, so that \
+             nodes lie inside it{dense}",
+            if wrong.len() > 1 { "up to " } else { "" },
+            100.0 * worst
+        );
+        Some(Problem::new(at("block", source, "mass"), message))
+    };
+    (0..scene.block.len()).filter_map(warning).collect()
+}
+
+/// Warns of unconnected parts of a block that pass through each other.
+fn unconnected_parts<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
     let mut found = Vec::new();
     for (number, (block, data)) in model.mesh.blocks.iter().zip(&model.blocks).enumerate() {
-        if data.fixed {
-            continue;
-        }
-        let (name, source) = (&block.name, &scene.block[block.source]);
-        if data.inertia_error > INERTIA_ERROR {
-            let message = format!(
-                "block \"{name}\": its moment of inertia has an error of {:.1} %; use two elements \
-                 through its thickness, or mass = \"consistent\"",
-                100.0 * data.inertia_error
-            );
-            found.push(Problem::new(at("block", block.source, "mass"), message));
-        }
+        let source = &scene.block[block.source];
         let whole = source.split == Split::None && matches!(source.geometry, Geometry::Mesh { .. });
-        let parts = if whole {
+        let parts = if whole && !data.fixed {
             model.mesh.part_count(number)
         } else {
             1
         };
         if parts > 1 {
             let message = format!(
-                "block \"{name}\" has {parts} unconnected parts, and they have no contact with \
-                 each other; use split = \"components\" to make each a block"
+                "block \"{}\" has {parts} unconnected parts, and they have no contact with each \
+                 other; use split = \"components\" to make each a block",
+                block.name
             );
             found.push(Problem::new(at("block", block.source, "mesh"), message));
         }

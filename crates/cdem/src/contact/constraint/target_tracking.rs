@@ -5,36 +5,24 @@ use crate::contact::constraint::context::ContactContext;
 use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::tolerances::FOOT_ROUND_OFF;
 
-/// Result of tracking the point of a sliding contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum TargetTracking {
-    /// It is on its target feature, or on a neighbour.
-    OnTarget,
-    /// So too, but it has moved farther than the size of that feature. On the way it stayed in
-    /// a plane that the surface may have left.
-    Overtravelled,
-    /// It has left the surface by more than the contact tolerance. The margin keeps flush
-    /// corners from flickering.
-    LeftSurface,
-}
-
 impl<const D: usize> ContactPoint<D> {
     /// Moves the foot of a sliding contact to its point, and on to neighbouring target
     /// features. `taken` is true for the pairs of other contacts. The contact does not move on
-    /// to such a pair around a re-entrant corner, nor past an end of the surface.
+    /// to such a pair around a re-entrant corner, nor past an end of the surface. Returns false if
+    /// the point has left the surface by more than the contact tolerance. The margin keeps flush
+    /// corners from flickering.
     pub(crate) fn track_target(
         &mut self,
         context: &ContactContext<D>,
         at: Configuration<D>,
         taken: impl Fn(Pair) -> bool,
-    ) -> TargetTracking {
+    ) -> bool {
         let (surface, tolerance) = (context.surface, context.tolerance);
         if self.is_sticking {
-            return TargetTracking::OnTarget;
+            return true;
         }
         let mut projection = surface.project(self.pair, at);
         let size = surface.target_size(self.pair.target, at);
-        let overtravels = projection.outside > size;
         while projection.outside > FOOT_ROUND_OFF * size {
             let next = surface.neighbour(self.pair, &projection.foot, at);
             // In a re-entrant corner each side keeps its own contact.
@@ -44,7 +32,7 @@ impl<const D: usize> ContactPoint<D> {
                 if projection.outside > tolerance {
                     let next = surface.successor(self.pair, at, tolerance);
                     let Some((next, is_swapped)) = next.filter(|(next, _)| !taken(*next)) else {
-                        return TargetTracking::LeftSurface;
+                        return false;
                     };
                     projection = surface.project(next, at);
                     if is_swapped {
@@ -63,11 +51,7 @@ impl<const D: usize> ContactPoint<D> {
             }
         }
         self.foot = projection.clamped_foot();
-        if overtravels {
-            TargetTracking::Overtravelled
-        } else {
-            TargetTracking::OnTarget
-        }
+        true
     }
 
     /// Reverses the tangential parts of the vectors in the frame, because main block and target

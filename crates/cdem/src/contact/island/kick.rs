@@ -12,7 +12,6 @@ use rayon::prelude::*;
 use crate::contact::constraint::contact_constraint::{Constraint, shear_norm};
 use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, DriftInterval};
 use crate::contact::constraint::context::ContactContext;
-use crate::contact::constraint::target_tracking::TargetTracking;
 use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
 use crate::contact::island::touch_events::{ClosureRule, Event, TouchEvents};
@@ -177,7 +176,12 @@ impl<const D: usize> Island<D> {
             contact.record_impulse(&constraint.impulse, interval);
             if constraint.slips(motion.velocity, least) {
                 contact.slide();
-                contact.history.slip += shear_norm(&new) * drift;
+                let slip = shear_norm(&new) * drift;
+                contact.history.slip += slip;
+                let size = context
+                    .surface
+                    .target_size(contact.pair.target, motion.positions());
+                energies.overtravel_count += u64::from(slip > size);
             } else if !contact.is_sticking {
                 contact.stick();
             }
@@ -230,7 +234,6 @@ impl<const D: usize> Island<D> {
             pairs_before: pairs,
             changed_pair,
             ended,
-            energies,
             ..
         } = workspace;
         pairs.clear();
@@ -240,9 +243,7 @@ impl<const D: usize> Island<D> {
         changed_pair.clear();
         self.contact_points.retain_mut(|contact| {
             let before = contact.pair;
-            let followed = contact.track_target(context, at, taken);
-            energies.overtravel_count += u64::from(followed == TargetTracking::Overtravelled);
-            let continues = followed != TargetTracking::LeftSurface;
+            let continues = contact.track_target(context, at, taken);
             if continues {
                 changed_pair.push(contact.pair != before);
             } else {

@@ -4,24 +4,27 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::element::mass::SMALLEST_FACTOR;
 use crate::element::mass::inertia::SecondMoments;
+use crate::element::mass::least_change::LeastChange;
 
 /// Eigenvalue of the fit below which the nodes cannot represent a moment. There a quadratic
 /// function is linear on the nodes up to round-off.
 const RANK_TOLERANCE: f64 = 1e-10;
 
-/// Factors 1 + q(X_a) on lumped masses, where q is a quadratic polynomial.
+/// Halvings of the interval of the corrected fraction (count).
+const FRACTION_HALVINGS: usize = 10;
+
+/// Factors on lumped masses: the [least change](LeastChange) with the exact moments.
 ///
-/// 2-D: mass, centre and polar moment are exact (q of r² and linear terms); 3-D: all ten moments up
-/// to the second. Lumped masses have the exact mass and centre already, so q is sought among
-/// quadratic functions orthogonal to the linear ones. Only second moments remain as equations.
-/// Moments that the nodes cannot represent, as through one layer of elements, are left out in the
-/// least-squares sense; mass and centre stay exact.
+/// 2-D: mass, centre and polar moment are exact; 3-D: all ten moments up to the second. Where the
+/// bound is not reached, the factors are 1 + q(X_a) with a quadratic polynomial q. Moments that the
+/// nodes cannot represent, as through one layer of elements, are left out in the least-squares
+/// sense; mass and centre stay exact. If no masses above the bound have the others, the factors
+/// correct the largest fraction of the errors that they can.
 pub(super) struct MassFit {
-    /// Factor of each node; each above [`SMALLEST_FACTOR`].
+    /// Factor of each node; each at least [`SMALLEST_FACTOR`].
     pub(super) factors: Vec<f64>,
-    /// Smallest factor of the fit to all moments that the nodes can represent. If it is too small,
-    /// `factors` leave out the moments with the smallest eigenvalues.
-    pub(super) smallest_full_factor: f64,
+    /// Corrected fraction of those errors of the lumped masses that the nodes can represent.
+    pub(super) corrected: f64,
 }
 
 impl MassFit {
@@ -32,66 +35,68 @@ impl MassFit {
         lumped: &[f64],
     ) -> Self {
         let system = FitEquations::new(inertia, rest, lumped);
-        let eigen = (system.quadratic.transpose() * &system.quadratic).symmetric_eigen();
-        let mut carried: Vec<usize> = (0..eigen.eigenvalues.len())
-            .filter(|&k| eigen.eigenvalues[k] > RANK_TOLERANCE)
-            .collect();
-        carried.sort_by(|&k, &l| eigen.eigenvalues[l].total_cmp(&eigen.eigenvalues[k]));
-
-        let mut smallest_full_factor = None;
-        loop {
-            let mut coefficients = DVector::zeros(system.missing.len());
-            for &k in &carried {
-                let mode = eigen.eigenvectors.column(k);
-                coefficients += mode * (mode.dot(&system.missing) / eigen.eigenvalues[k]);
+        let fit = |corrected: f64| {
+            let factors = system.factors(corrected)?;
+            Some(Self { factors, corrected })
+        };
+        fit(1.0).unwrap_or_else(|| {
+            let (mut reached, mut above) = (0.0, 1.0);
+            let mut best = None;
+            for _ in 0..FRACTION_HALVINGS {
+                let corrected = 0.5 * (reached + above);
+                if let Some(found) = fit(corrected) {
+                    (reached, best) = (corrected, Some(found));
+                } else {
+                    above = corrected;
+                }
             }
-            let factors = system.factors(&coefficients);
-            let smallest = factors.iter().copied().fold(f64::INFINITY, f64::min);
-            let full = *smallest_full_factor.get_or_insert(smallest);
-            if smallest > SMALLEST_FACTOR {
-                return Self {
-                    factors,
-                    smallest_full_factor: full,
-                };
-            }
-            // Without modes all factors are 1, so the loop ends.
-            carried.pop();
-        }
+            best.unwrap_or_else(|| Self {
+                factors: vec![1.0; lumped.len()],
+                corrected: 0.0,
+            })
+        })
     }
 }
 
-/// The equations of a fit: Qᵀ Q y = missing, factors 1 + Q y / √w.
+/// The equations of a fit: moments of linear functions, and of quadratic functions orthogonal to
+/// them. The lumped masses have the exact mass and centre, and so lack only the second kind.
 struct FitEquations {
-    /// √w·g̃ of each node (rows) and quadratic function (columns), where w is the mass of the node
-    /// over that of the block.
-    quadratic: DMatrix<f64>,
-    /// Moments of the functions g̃ that the lumped masses lack.
+    /// The functions (columns) at the nodes (rows).
+    functions: DMatrix<f64>,
+    /// Masses of the nodes over that of the block.
+    masses: Vec<f64>,
+    /// Moments of the lumped masses.
+    lumped: DVector<f64>,
+    /// Moments that they lack, as far as the nodes can represent them.
     missing: DVector<f64>,
-    /// √w of each node.
-    root: DVector<f64>,
 }
 
 impl FitEquations {
     fn new<const D: usize>(inertia: &SecondMoments<D>, rest: &[[f64; D]], lumped: &[f64]) -> Self {
         let local: Vec<[f64; D]> = rest.iter().map(|point| inertia.local(point)).collect();
-        let root = DVector::from_fn(rest.len(), |a, _| (lumped[a] / inertia.mass()).sqrt());
+        let masses: Vec<f64> = lumped.iter().map(|mass| mass / inertia.mass()).collect();
+        let weighted = |functions: &DMatrix<f64>| {
+            DMatrix::from_fn(functions.nrows(), functions.ncols(), |a, f| {
+                masses[a] * functions[(a, f)]
+            })
+        };
         let linear = DMatrix::from_fn(rest.len(), D + 1, |a, k| {
-            root[a] * if k == 0 { 1.0 } else { local[a][k - 1] }
+            if k == 0 { 1.0 } else { local[a][k - 1] }
         });
-        let functions = QUADRATICS[D - 2];
-        let mut quadratic = DMatrix::from_fn(rest.len(), functions.len(), |a, f| {
-            let terms = functions[f].iter();
-            root[a] * terms.map(|&(k, l)| local[a][k] * local[a][l]).sum::<f64>()
+        let products = QUADRATICS[D - 2];
+        let mut quadratic = DMatrix::from_fn(rest.len(), products.len(), |a, f| {
+            let terms = products[f].iter();
+            terms.map(|&(k, l)| local[a][k] * local[a][l]).sum::<f64>()
         });
         let exact = |&(k, l): &(usize, usize)| inertia.second(k, l);
-        let mut missing = DVector::from_fn(functions.len(), |f, _| {
-            functions[f].iter().map(exact).sum::<f64>()
+        let mut missing = DVector::from_fn(products.len(), |f, _| {
+            products[f].iter().map(exact).sum::<f64>()
         });
-        let normal = linear.transpose() * &linear;
-        if let Some(cholesky) = normal.cholesky() {
+        let of_linear = weighted(&linear);
+        if let Some(cholesky) = linear.tr_mul(&of_linear).cholesky() {
             // The second pass removes the round-off of the first.
             for _ in 0..2 {
-                let part = cholesky.solve(&(linear.transpose() * &quadratic));
+                let part = cholesky.solve(&of_linear.tr_mul(&quadratic));
                 quadratic -= &linear * &part;
                 missing -= part.row(0).transpose();
             }
@@ -99,21 +104,49 @@ impl FitEquations {
             // Nodes in one plane have no moments to fit.
             quadratic.fill(0.0);
         }
+        let represented = represented(quadratic.tr_mul(&weighted(&quadratic)), &missing);
+        let count = D + 1 + products.len();
+        let functions = DMatrix::from_fn(rest.len(), count, |a, f| {
+            if f <= D {
+                linear[(a, f)]
+            } else {
+                quadratic[(a, f - D - 1)]
+            }
+        });
+        let lumped = functions.tr_mul(&DVector::from_column_slice(&masses));
+        let missing = DVector::from_fn(
+            count,
+            |f, _| if f <= D { 0.0 } else { represented[f - D - 1] },
+        );
         Self {
-            quadratic,
+            functions,
+            masses,
+            lumped,
             missing,
-            root,
         }
     }
 
-    fn factors(&self, coefficients: &DVector<f64>) -> Vec<f64> {
-        let change = &self.quadratic * coefficients;
-        change
-            .iter()
-            .zip(self.root.iter())
-            .map(|(q, root)| 1.0 + q / root)
-            .collect()
+    /// Returns the factors that correct this fraction of the missing moments, if any do.
+    fn factors(&self, corrected: f64) -> Option<Vec<f64>> {
+        let change = LeastChange {
+            functions: &self.functions,
+            masses: &self.masses,
+            least: SMALLEST_FACTOR,
+        };
+        change.factors(&(&self.lumped + &self.missing * corrected))
     }
+}
+
+/// Returns the part of moments that nodes with this Gram matrix of functions can represent.
+fn represented(gram: DMatrix<f64>, moments: &DVector<f64>) -> DVector<f64> {
+    let eigen = gram.symmetric_eigen();
+    let mut sum = DVector::zeros(moments.len());
+    for (mode, &value) in eigen.eigenvectors.column_iter().zip(&eigen.eigenvalues) {
+        if value > RANK_TOLERANCE {
+            sum += mode * mode.dot(moments);
+        }
+    }
+    sum
 }
 
 /// Quadratic functions of the fit, in 2-D and 3-D: sums of products of two coordinates.

@@ -7,6 +7,7 @@
 pub(crate) mod consistent;
 pub(crate) mod fit;
 pub(crate) mod inertia;
+pub(crate) mod least_change;
 #[cfg(test)]
 mod tests;
 
@@ -19,18 +20,15 @@ use crate::element::mass::inertia::SecondMoments;
 use crate::mesh::Mesh;
 use crate::scene::Mass;
 
-/// Every fitted mass is more than this fraction of the lumped one.
+/// Every fitted mass is at least this fraction of the lumped one.
 pub(crate) const SMALLEST_FACTOR: f64 = 0.3;
 
 /// Relative inertia error above which the mass is corrected, or the user is warned.
 pub(crate) const INERTIA_TOLERANCE: f64 = 0.01;
 
-/// Largest number of nodes for which `mass = "auto"` gives a block a dense mass matrix.
-const AUTO_CONSISTENT_NODES: usize = 64;
-
 /// Largest number of nodes of a dense matrix. The matrix and its inverse then take 16 MiB, and 8
 /// MiB more for each further component that is prescribed at other nodes.
-const MAX_CONSISTENT_NODES: usize = 1024;
+pub(crate) const MAX_CONSISTENT_NODES: usize = 1024;
 
 /// Masses of all nodes of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -75,15 +73,16 @@ pub struct MassError {
 /// The fault of the masses of a block, with a remedy.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum MassFault {
-    /// Fitted masses would be too small or negative.
+    /// No masses of at least 0.3 of the lumped ones have the exact inertia.
     #[error(
-        "a fitted mass must be more than {SMALLEST_FACTOR} of the lumped mass at each node, but \
-         at one node it is {factor:.3} of it; use four elements or more in each direction, or \
-         mass = \"auto\" or \"consistent\""
+        "fitted masses must be at least {SMALLEST_FACTOR} of the lumped mass at each node, and no \
+         such masses have the exact inertia: they can correct {:.0} % of the error; use more \
+         elements across the block, or mass = \"auto\" or \"consistent\"",
+        100.0 * corrected
     )]
-    SmallFactor {
-        /// Smallest factor of the fit.
-        factor: f64,
+    NoFit {
+        /// Fraction of the inertia error that such masses can correct.
+        corrected: f64,
     },
     /// Too many nodes for a dense matrix.
     #[error(
@@ -105,9 +104,10 @@ pub enum MassFault {
 /// Computes the nodal masses of `mesh`, whose elements are in `sets`; `requested` has one entry for
 /// each block.
 ///
-/// `auto` takes the fit if every factor exceeds [`SMALLEST_FACTOR`] and the inertia is exact to
-/// [`INERTIA_TOLERANCE`]. Otherwise it takes the consistent matrix for up to 64 nodes. Above 64
-/// nodes it takes the best fit and stores its error in `inertia_error`.
+/// `auto` takes the fit if factors of at least [`SMALLEST_FACTOR`] give all moments that the nodes
+/// can represent, and the inertia to [`INERTIA_TOLERANCE`]. Otherwise it takes the consistent matrix for up to
+/// [`MAX_CONSISTENT_NODES`] nodes. Above it takes the best fit and stores its error in
+/// `inertia_error`.
 ///
 /// # Errors
 /// If a requested mass matrix is impossible: see [`MassFault`].
@@ -159,9 +159,9 @@ impl Masses {
             Mass::Consistent => (MassKind::Consistent, 0.0),
             Mass::Fitted | Mass::Auto => {
                 let fit = MassFit::new(inertia, rest, lumped);
-                if requested == Mass::Fitted && fit.smallest_full_factor <= SMALLEST_FACTOR {
-                    let factor = fit.smallest_full_factor;
-                    return Err(MassFault::SmallFactor { factor });
+                if requested == Mass::Fitted && fit.corrected < 1.0 {
+                    let corrected = fit.corrected;
+                    return Err(MassFault::NoFit { corrected });
                 }
                 let masses: Vec<f64> = lumped
                     .iter()
@@ -169,9 +169,8 @@ impl Masses {
                     .map(|(m, factor)| m * factor)
                     .collect();
                 let error = inertia.error(rest, &masses);
-                let dense = requested == Mass::Auto
-                    && error > INERTIA_TOLERANCE
-                    && rest.len() <= AUTO_CONSISTENT_NODES;
+                let misses = fit.corrected < 1.0 || error > INERTIA_TOLERANCE;
+                let dense = requested == Mass::Auto && misses && rest.len() <= MAX_CONSISTENT_NODES;
                 if dense {
                     (MassKind::Consistent, 0.0)
                 } else {

@@ -48,6 +48,7 @@ pub(crate) fn scene(dimension: usize, block: Vec<Block>) -> Scene {
             checkpoint: 0.0,
         },
         probe: Vec::new(),
+        warnings: Vec::new(),
     }
 }
 

@@ -56,7 +56,7 @@ impl Check {
                 ("max_level", input.max_level.is_some()),
                 ("zone", input.zone.is_some()),
             ] {
-                self.only_with(at, key, given, "model = \"two-scale\"");
+                self.ignored_without(at, key, given, "contact.model = \"two-scale\"");
             }
         }
         let energy_loss = self.optional(
@@ -110,9 +110,11 @@ impl Check {
         let mut checked = [None, None];
         let keys = [("normal_stiffness", normal), ("shear_stiffness", shear)];
         for (out, (key, value)) in checked.iter_mut().zip(keys) {
-            let wrong = value.is_some() && model != ContactModel::Penalty;
-            self.only_with(at, key, wrong, "contact.model = \"penalty\"");
-            *out = self.optional(&at.key(key), value, POSITIVE);
+            let checked = self.optional(&at.key(key), value, POSITIVE);
+            let is_used = model == ContactModel::Penalty;
+            let ignored = value.is_some() && !is_used;
+            self.ignored_without(at, key, ignored, "contact.model = \"penalty\"");
+            *out = checked.map(|value| value.filter(|_| is_used));
         }
         let [normal, shear] = checked;
         Some((normal?, shear?))

@@ -24,6 +24,7 @@ pub(super) fn check(input: &input::SceneInput) -> Result<Scene, Vec<Problem>> {
     let mut check = Check {
         dimension: 0,
         problems: Vec::new(),
+        warnings: Vec::new(),
         names: Names::new(input),
     };
     let scene = check.scene(input);
@@ -38,17 +39,17 @@ pub(super) const VERSION: u32 = 1;
 /// Default of `time.stop_when.during`, as a fraction of the run.
 const STOP_DURING: f64 = 0.05;
 
-/// State of a check: the names in the scene and the problems found.
+/// State of a check: the names in the scene, and the problems and warnings found.
 struct Check {
     dimension: usize,
     problems: Vec<Problem>,
+    warnings: Vec<Problem>,
     names: Names,
 }
 
 impl Check {
     fn scene(&mut self, input: &input::SceneInput) -> Option<Scene> {
         let at = KeyPath::root();
-        let version = self.required(&at, "version", input.version, "version = 1");
         let dimension = self.dimension(&at, input.dimension);
         self.dimension = dimension?;
         self.unique_names(input);
@@ -78,7 +79,7 @@ impl Check {
         let output = self.output(&at.key("output"), &input.output);
         let probe = self.each(&at.key("probe"), &input.probe, Self::probe);
         Some(Scene {
-            version: version?,
+            version: input.version.unwrap_or(VERSION),
             title: input.title.clone(),
             dimension: self.dimension,
             plane,
@@ -92,6 +93,7 @@ impl Check {
             contact: contact?,
             output: output?,
             probe: probe?,
+            warnings: std::mem::take(&mut self.warnings),
         })
     }
 

@@ -304,6 +304,21 @@ impl Check {
         }
     }
 
+    /// Warns of a key that has no effect without a `condition`.
+    pub(super) fn ignored_without(
+        &mut self,
+        at: &KeyPath,
+        key: &str,
+        given: bool,
+        condition: &str,
+    ) {
+        if given {
+            let message = format!("has no effect: only with {condition}");
+            self.warnings
+                .push(Problem::new(at.key(key), message).of_key());
+        }
+    }
+
     /// Reports a key that has no meaning in this dimension.
     pub(super) fn only_in(&mut self, dimension: usize, at: &KeyPath, key: &str, given: bool) {
         let wrong = given && self.dimension != dimension;

@@ -25,10 +25,10 @@ use crate::scene::{
 /// degrees. A number may also be text with a unit, such as "40 GPa".
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-#[schemars(extend("required" = ["version", "dimension", "time", "block"]))]
+#[schemars(extend("required" = ["dimension", "time", "block"]))]
 #[schemars(rename = "Scene")]
 pub(crate) struct SceneInput {
-    /// Version of the scene format: 1.
+    /// Version of the scene format: 1, which may be left out.
     #[schemars(extend("const" = 1))]
     pub(crate) version: Option<u32>,
     /// Free text.
