@@ -42,7 +42,7 @@ pub(crate) fn check(scene: &Path) -> Result<Outcome, Failure> {
     print("");
     print(match built.warnings.len() {
         0 => "the scene has no errors".to_owned(),
-        1 => "the scene has no errors, but a warning".to_owned(),
+        1 => "the scene has no errors, but 1 warning".to_owned(),
         count => format!("the scene has no errors, but {count} warnings"),
     });
     Ok(Outcome::Done)

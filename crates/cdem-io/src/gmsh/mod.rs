@@ -244,7 +244,7 @@ fn physical_names(scanner: &mut Scanner, collector: &mut Collector) -> Result<()
                 NAME_LINE
             };
             let problem = format!(
-                "expected the dimension, number and \"name\" of a physical group, found {found}"
+                "expected the dimension, number and name of a physical group, found {found}"
             );
             return Err(scanner.fault(problem, help));
         };
@@ -253,8 +253,8 @@ fn physical_names(scanner: &mut Scanner, collector: &mut Collector) -> Result<()
     Ok(())
 }
 
-/// Parses dimension, number and name of a physical group. As in Gmsh, a name without quotes ends
-/// with the line.
+/// Parses dimension, number and name of a physical group. A name without quotes, as Neper writes it,
+/// ends with the line.
 fn physical_name(line: &str) -> Option<(usize, i32, &str)> {
     let (dimension, rest) = line.split_once(char::is_whitespace)?;
     let (tag, text) = rest.trim_start().split_once(char::is_whitespace)?;

@@ -34,9 +34,6 @@ fn press(of: Blocks) -> Errors {
 /// elements of 1/12 m by 4.8e-4 of that strain.
 const EVEN: f64 = 5e-4;
 
-/// Forces at the vertices of tetrahedra alone miss by 1.5e-3.
-const NEARLY_EVEN: f64 = 3e-3;
-
 fn check(errors: &Errors, bound: f64) {
     assert!(errors.largest < bound, "{errors:?}");
     assert!(errors.force.abs() < 5e-5, "{errors:?}");
@@ -80,10 +77,14 @@ fn faces_with_free_rims_come_to_rest() {
 #[test]
 #[ignore = "slow study: the patch test on finer meshes"]
 fn what_is_uneven_stays_at_the_interface() {
-    for of in [[(Hex8, 3), (Hex8, 4)], [(Hex8, 4), (Hex8, 6)]] {
+    for of in [
+        [(Hex8, 3), (Hex8, 4)],
+        [(Hex8, 4), (Hex8, 6)],
+        [(Tet4, 2), (Tet4, 3)],
+        [(Tet4, 2), (Hex8, 3)],
+    ] {
         check(&press(of), EVEN);
     }
-    check(&press([(Tet4, 2), (Tet4, 3)]), NEARLY_EVEN);
     for of in [[(Wedge6, 3), (Hex8, 4)], [(Tet4, 3), (Hex8, 4)]] {
         assert!(press(of).largest < 0.01); // found: 5.7e-3 and 7.8e-3
     }

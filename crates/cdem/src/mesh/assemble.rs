@@ -384,7 +384,10 @@ fn orient<const D: usize>(cell: &mut SourceCell, places: &[[f64; D]]) -> Result<
 }
 
 /// Checks that all z are equal up to rounding, in 2-D.
-fn check_plane(points: &[[f64; 3]], tag: impl Fn(usize) -> u64) -> Result<(), BlockFault> {
+pub(super) fn check_plane(
+    points: &[[f64; 3]],
+    tag: impl Fn(usize) -> u64,
+) -> Result<(), BlockFault> {
     let plane = points.first().map_or(0.0, |point| point[2]);
     let size = points
         .iter()

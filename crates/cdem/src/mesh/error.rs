@@ -318,7 +318,6 @@ impl BlockFault {
 /// Largest coordinate of a node, m; areas far beyond it overflow.
 pub(super) const FARTHEST: f64 = 1e100;
 
-/// Returns the words for the cells that a mesh has in place of elements of the scene's dimension.
 /// Elements of a mesh file that has none for a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PresentCells {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::mesh::assemble::SourceCell;
+use crate::mesh::assemble::{SourceCell, check_plane};
 use crate::mesh::error::nearest;
 use crate::mesh::facet::sorted;
 use crate::mesh::{BlockFault, CellKind, Element, MeshError, PresentCells, RawMesh};
@@ -129,17 +129,12 @@ impl MeshSource {
         match dimensions.max() {
             None => PresentCells::Nothing,
             Some(0 | 1) => PresentCells::PointsOrLines,
-            Some(2) if !self.is_planar() => PresentCells::SurfaceInSpace,
+            Some(2) if check_plane(&self.raw.points, |_| 0).is_err() => {
+                PresentCells::SurfaceInSpace
+            }
             Some(other) if other == dimension => PresentCells::Nothing,
             Some(other) => PresentCells::OfDimension(other),
         }
-    }
-
-    /// True if all points have one z.
-    fn is_planar(&self) -> bool {
-        let mut heights = self.raw.points.iter().map(|point| point[2]);
-        let first = heights.next();
-        heights.all(|z| Some(z) == first)
     }
 
     /// Returns the indices of the groups of cells called `name`.

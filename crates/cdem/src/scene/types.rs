@@ -211,7 +211,7 @@ pub enum Kinematics {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Mass {
-    /// Fitted; consistent for blocks with too few nodes for it.
+    /// Fitted; consistent if no fit is exact and the block has at most 1024 nodes.
     Auto,
     /// Lumped: row sums of the mass matrix.
     Lumped,

@@ -6,7 +6,7 @@ use crate::math::format::short;
 use crate::math::vector::{norm, sub};
 use crate::mesh::{Mesh, coordinates};
 use crate::model::{Model, block_names};
-use crate::scene::{Cadence, Geometry, KeyPath, Problem, Scene, Split};
+use crate::scene::{Cadence, Geometry, KeyPath, Mass, Problem, Scene, Split};
 use crate::simulation::build::default_tolerance;
 
 /// Relative error of a block's moment of inertia above which a warning is given.
@@ -72,14 +72,16 @@ fn inertia<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
             .map(|(block, _)| block.nodes.len())
             .max()
             .unwrap_or(0);
-        let dense = if most <= MAX_CONSISTENT_NODES {
-            ", or mass = \"consistent\", which is exact"
+        let cure = if scene.block[source].mass == Mass::Lumped {
+            "use mass = \"auto\""
+        } else if most <= MAX_CONSISTENT_NODES {
+            "use more elements across the thinnest part, so that nodes lie inside it, or mass = \
+             \"consistent\""
         } else {
-            ""
+            "use more elements across the thinnest part, so that nodes lie inside it"
         };
         let message = format!(
-            "{named} an error of {}{:.1} %; use more elements across the thinnest part, so that \
-             nodes lie inside it{dense}",
+            "{named} an error of {}{:.1} %; {cure}",
             if wrong.len() > 1 { "up to " } else { "" },
             100.0 * worst
         );

@@ -1,4 +1,4 @@
-//! Dense mass matrices of blocks of few nodes.
+//! Dense mass matrices of blocks.
 
 use nalgebra::DMatrix;
 

@@ -10,6 +10,11 @@ use crate::element::mass::least_change::LeastChange;
 /// function is linear on the nodes up to round-off.
 const RANK_TOLERANCE: f64 = 1e-10;
 
+/// Largest change of the factors in the mass-weighted mean square that a moment may need. A larger
+/// one would give some nodes ten times their mass: such nodes, as of a layer that is not quite
+/// flat, do not represent the moment.
+const LARGEST_CHANGE: f64 = 3.0;
+
 /// Halvings of the interval of the corrected fraction (count).
 const FRACTION_HALVINGS: usize = 10;
 
@@ -19,7 +24,7 @@ const FRACTION_HALVINGS: usize = 10;
 /// bound is not reached, the factors are 1 + q(X_a) with a quadratic polynomial q. Moments that the
 /// nodes cannot represent, as through one layer of elements, are left out in the least-squares
 /// sense; mass and centre stay exact. If no masses above the bound have the others, the factors
-/// correct the largest fraction of the errors that they can.
+/// correct the largest possible fraction of the errors.
 pub(super) struct MassFit {
     /// Factor of each node; each at least [`SMALLEST_FACTOR`].
     pub(super) factors: Vec<f64>,
@@ -142,8 +147,9 @@ fn represented(gram: DMatrix<f64>, moments: &DVector<f64>) -> DVector<f64> {
     let eigen = gram.symmetric_eigen();
     let mut sum = DVector::zeros(moments.len());
     for (mode, &value) in eigen.eigenvectors.column_iter().zip(&eigen.eigenvalues) {
-        if value > RANK_TOLERANCE {
-            sum += mode * mode.dot(moments);
+        let part = mode.dot(moments);
+        if value > RANK_TOLERANCE && part.abs() <= LARGEST_CHANGE * value.sqrt() {
+            sum += mode * part;
         }
     }
     sum

@@ -23,9 +23,9 @@ const REGULARISATION: f64 = 1e-3;
 /// Decrease of the objective over that of its tangent, at which a step is long enough (Armijo).
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 
-/// Moments of the functions φ over nodal masses, as a function of factors on the masses.
+/// Nodal masses, and functions φ whose moments Σ m f φ the factors f must match.
 pub(crate) struct LeastChange<'a> {
-    /// φ of each node (rows) and function (columns), of order 1.
+    /// φ of each node (rows) and function (columns), of order 1. The first function is 1.
     pub(crate) functions: &'a DMatrix<f64>,
     /// Masses, over the mass of all.
     pub(crate) masses: &'a [f64],
@@ -35,15 +35,19 @@ pub(crate) struct LeastChange<'a> {
 
 impl LeastChange<'_> {
     /// Returns the factors f that minimise Σ m (f − 1)² among those of at least `least` with the
-    /// moments Σ m f φ = `wanted`. Returns `None` if no factors have these moments.
+    /// moments Σ m f φ = `wanted`. Returns `None` if no factors have these moments, or if the
+    /// method does not converge.
     ///
     /// The factors are max(least, 1 + φ·y). The multipliers y minimise a convex function, with the
-    /// moment errors as its gradient. Its Hessian is that of the nodes above the bound: a semismooth
-    /// Newton method with line search \[Qi1993\] ends after a few changes of that set.
+    /// moment errors as its gradient. Its Hessian is that of the nodes above the bound. A semismooth
+    /// Newton method \[Qi1993\] with a line search ends after a few changes of that set.
     pub(crate) fn factors(&self, wanted: &DVector<f64>) -> Option<Vec<f64>> {
         let mut multipliers = DVector::zeros(wanted.len());
         for _ in 0..MOST_STEPS {
             let free = self.functions * &multipliers;
+            if self.is_out_of_reach(&multipliers, &free, wanted) {
+                return None;
+            }
             let missing = self.missing(&free, wanted);
             let direction = self.newton_direction(&free, &missing)?;
             let end = &multipliers + &direction;
@@ -51,13 +55,33 @@ impl LeastChange<'_> {
             // Near the end, the objective is constant to round-off, so the errors decide.
             multipliers = if remaining.amax() < 0.5 * missing.amax() {
                 end
-            } else if missing.amax() <= MOMENT_ROUND_OFF {
+            } else if missing.amax() <= self.round_off() {
                 return Some(free.iter().map(|&s| self.factor(s)).collect());
             } else {
                 self.line_search(&multipliers, &direction, wanted, &missing)?
             };
         }
         None
+    }
+
+    /// Returns the error of a moment that is round-off: of a sum over very many nodes, the machine
+    /// epsilon for each.
+    fn round_off(&self) -> f64 {
+        MOMENT_ROUND_OFF.max(f64::EPSILON * self.masses.len() as f64)
+    }
+
+    /// True if the multipliers y prove that no factors have the moments (Farkas). With f at least
+    /// `least`, Σ m (f − least) φ·y is at most the largest φ·y times Σ m (f − least). `free` has
+    /// φ·y of the nodes.
+    fn is_out_of_reach(
+        &self,
+        multipliers: &DVector<f64>,
+        free: &DVector<f64>,
+        wanted: &DVector<f64>,
+    ) -> bool {
+        let masses = DVector::from_column_slice(self.masses);
+        let above = wanted - self.functions.tr_mul(&masses) * self.least;
+        above.dot(multipliers) > free.max() * above[0] + self.round_off() * multipliers.amax()
     }
 
     /// Returns the factor of a node whose functions give `free`.
@@ -106,14 +130,14 @@ impl LeastChange<'_> {
         let added = if all_free {
             0.0
         } else {
-            REGULARISATION * missing.amax()
+            rank.max(REGULARISATION * missing.amax())
         };
         let mut direction = DVector::zeros(missing.len());
         for (mode, &value) in eigen.eigenvectors.column_iter().zip(&eigen.eigenvalues) {
             let part = mode.dot(missing);
             if !all_free || value > rank {
                 direction += mode * (part / (value.max(0.0) + added));
-            } else if part.abs() > MOMENT_ROUND_OFF {
+            } else if part.abs() > self.round_off() {
                 return None;
             }
         }
@@ -131,36 +155,31 @@ impl LeastChange<'_> {
     ) -> Option<DVector<f64>> {
         let (before, slope) = (self.objective(start, wanted), missing.dot(direction));
         let round_off = f64::EPSILON * (1.0 + before.abs());
+        let objective = |length: f64| self.objective(&(start + direction * length), wanted);
         let mut length = 1.0;
         for _ in 0..MOST_HALVINGS {
-            let decrease = before - self.objective(&(start + direction * length), wanted);
+            let decrease = before - objective(length);
             if decrease + round_off >= SUFFICIENT_DECREASE * length * slope {
-                return Some(
-                    start
-                        + direction
-                            * self.longer(length, &|length| {
-                                self.objective(&(start + direction * length), wanted)
-                            }),
-                );
+                return Some(start + direction * lengthened(length, objective));
             }
             length *= 0.5;
         }
         None
     }
+}
 
-    /// Returns a step length, doubled as long as the `objective` decreases. Few nodes above the
-    /// bound give little curvature, so their multipliers may be far away.
-    fn longer(&self, mut length: f64, objective: &dyn Fn(f64) -> f64) -> f64 {
-        let mut least = objective(length);
-        for _ in 0..MOST_DOUBLINGS {
-            let next = objective(2.0 * length);
-            if next >= least {
-                break;
-            }
-            (length, least) = (2.0 * length, next);
+/// Returns a step length, doubled as long as the `objective` decreases. Few nodes above the bound
+/// give little curvature, so their multipliers may be far away.
+fn lengthened(mut length: f64, objective: impl Fn(f64) -> f64) -> f64 {
+    let mut least = objective(length);
+    for _ in 0..MOST_DOUBLINGS {
+        let next = objective(2.0 * length);
+        if next >= least {
+            break;
         }
-        length
+        (length, least) = (2.0 * length, next);
     }
+    length
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Nodal masses, exact for the rigid body (design: bodies, mass).
 //!
 //! Row-sum lumping alone gives a single triangle 4 times, a single tetrahedron 5 times and a single
-//! cube 3 times its rotational inertia. Blocks of enough nodes are corrected by a smooth factor on
-//! their masses, blocks of few nodes by their consistent mass matrix.
+//! cube 3 times its rotational inertia. Where possible, factors on the masses correct this;
+//! elsewhere the consistent mass matrix of the block does.
 
 pub(crate) mod consistent;
 pub(crate) mod fit;
@@ -52,7 +52,7 @@ pub(crate) struct Masses {
 pub enum MassKind {
     /// Row sums.
     Lumped,
-    /// Row sums times a smooth factor that corrects the inertia.
+    /// Row sums times factors that correct the inertia.
     Fitted,
     /// A dense matrix for the block.
     Consistent,
@@ -76,9 +76,9 @@ pub enum MassFault {
     /// No masses of at least 0.3 of the lumped ones have the exact inertia.
     #[error(
         "fitted masses must be at least {SMALLEST_FACTOR} of the lumped mass at each node, and no \
-         such masses have the exact inertia: they can correct {:.0} % of the error; use more \
-         elements across the block, or mass = \"auto\" or \"consistent\"",
-        100.0 * corrected
+         such masses have the exact inertia: they can correct {} % of the error; use more elements \
+         across the block, or mass = \"auto\"",
+        (100.0 * corrected).floor()
     )]
     NoFit {
         /// Fraction of the inertia error that such masses can correct.
@@ -105,9 +105,9 @@ pub enum MassFault {
 /// each block.
 ///
 /// `auto` takes the fit if factors of at least [`SMALLEST_FACTOR`] give all moments that the nodes
-/// can represent, and the inertia to [`INERTIA_TOLERANCE`]. Otherwise it takes the consistent matrix for up to
-/// [`MAX_CONSISTENT_NODES`] nodes. Above it takes the best fit and stores its error in
-/// `inertia_error`.
+/// can represent, and the inertia to [`INERTIA_TOLERANCE`]. Otherwise it takes the consistent
+/// matrix for up to [`MAX_CONSISTENT_NODES`] nodes. With more nodes it takes the best fit and stores
+/// its error in `inertia_error`.
 ///
 /// # Errors
 /// If a requested mass matrix is impossible: see [`MassFault`].

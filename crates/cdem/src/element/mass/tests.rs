@@ -173,6 +173,28 @@ fn one_layer_keeps_mass_and_centre_and_says_what_it_misses() {
     }
 }
 
+/// Nodes of a file of single precision are never quite in a plane.
+#[test]
+fn a_layer_that_is_not_quite_flat_is_fitted_like_a_flat_one() {
+    let flat = box_mesh([8.0, 8.0, 0.5], [8, 8, 1], ElementKind::Hex8, 0.0);
+    let expected = made(&flat, Mass::Auto);
+    for roughness in [1e-9, 1e-6, 1e-4] {
+        let mut random = fastrand::Rng::with_seed(4);
+        let mut rough = flat.clone();
+        for node in &mut rough.nodes {
+            node[2] += roughness * (random.f64() - 0.5);
+        }
+        let masses = made(&rough, Mass::Auto);
+        assert_eq!(masses.kind, [MassKind::Fitted], "{roughness}");
+        let [flat, rough] = [&expected, &masses].map(|masses| masses.inertia_error[0]);
+        // The moments change by about as much as the places of the nodes.
+        assert!(
+            (rough - flat).abs() < roughness,
+            "{roughness}: {rough} {flat}"
+        );
+    }
+}
+
 #[test]
 fn a_thick_layer_of_very_many_nodes_reports_its_error() {
     let beam = |length: usize| {

@@ -7,6 +7,10 @@ use crate::scene::check::value::{BETWEEN_ZERO_AND_ONE, NOT_NEGATIVE, POSITIVE};
 use crate::scene::input::{self, Quantity, Stiffness};
 use crate::scene::{Contact, ContactModel, ContactPair, KeyPath, Problem, Strength, ZoneExtent};
 
+/// Defaults of `energy_loss` and `max_level`.
+const DEFAULT_ENERGY_LOSS: f64 = 0.01;
+const DEFAULT_LEVELS: u32 = 5;
+
 /// Largest value of `max_level`.
 const DEEPEST_LEVEL: u32 = 16;
 
@@ -26,7 +30,10 @@ impl Check {
             strength: strength?,
             energy_loss,
             max_level,
-            zone: input.zone.unwrap_or(ZoneExtent::Graded),
+            zone: input
+                .zone
+                .filter(|_| input.model == ContactModel::TwoScale)
+                .unwrap_or(ZoneExtent::Graded),
             normal_stiffness,
             shear_stiffness,
             pair: pair?,
@@ -64,14 +71,17 @@ impl Check {
             input.energy_loss,
             BETWEEN_ZERO_AND_ONE,
         );
-        let max_level = input.max_level.unwrap_or(5);
+        let max_level = input.max_level.unwrap_or(i64::from(DEFAULT_LEVELS));
         let levels = u32::try_from(max_level).ok();
         let Some(levels) = levels.filter(|&levels| levels <= DEEPEST_LEVEL) else {
             let message = format!("must be 0 to {DEEPEST_LEVEL}, got {max_level}");
             self.report(at.key("max_level"), message);
             return None;
         };
-        Some((energy_loss?.unwrap_or(0.01), levels))
+        let is_used = input.model == ContactModel::TwoScale;
+        let energy_loss = energy_loss?.filter(|_| is_used);
+        let levels = if is_used { levels } else { DEFAULT_LEVELS };
+        Some((energy_loss.unwrap_or(DEFAULT_ENERGY_LOSS), levels))
     }
 
     /// Checks normal and shear stiffness of the penalty model.

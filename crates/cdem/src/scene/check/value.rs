@@ -313,7 +313,7 @@ impl Check {
         condition: &str,
     ) {
         if given {
-            let message = format!("has no effect: only with {condition}");
+            let message = format!("has no effect unless {condition}");
             self.warnings
                 .push(Problem::new(at.key(key), message).of_key());
         }
