@@ -209,7 +209,7 @@ class Layers:
                 self.layer[folder + name] = number
 
     def of(self, module):
-        """Floor of a module, from the crate down, and its name; None where no tree has it."""
+        """Layer of a module, from the crate down, and its name; None where no tree has it."""
         if not module:
             return ((self.layer["lib"],), "lib") if "lib" in self.layer else None
         layers, folder = [], ""

@@ -1,11 +1,13 @@
 //! Warnings about scene and mesh: valid input that is most likely not intended.
 
+use std::collections::BTreeMap;
+
 use crate::element::mass::MAX_CONSISTENT_NODES;
 use crate::element::material::Elastic;
 use crate::math::format::short;
 use crate::math::vector::{norm, sub};
-use crate::mesh::{Mesh, coordinates};
-use crate::model::{Model, block_names};
+use crate::mesh::{Mesh, MeshBlock, coordinates};
+use crate::model::{BlockData, Model, block_names};
 use crate::scene::{Cadence, Geometry, KeyPath, Mass, Problem, Scene, Split};
 use crate::simulation::build::default_tolerance;
 
@@ -47,24 +49,27 @@ fn at(list: &str, number: usize, key: &str) -> KeyPath {
 
 /// Warns of wrong moments of inertia: one warning for all blocks of one `[[block]]`.
 fn inertia<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
-    let blocks = || model.mesh.blocks.iter().zip(&model.blocks);
-    let warning = |source: usize| {
-        let wrong = blocks().filter(|(block, data)| {
-            block.source == source && !data.fixed && data.inertia_error > INERTIA_ERROR
-        });
-        let wrong: Vec<_> = wrong.collect();
+    let mut wrong_of = BTreeMap::<usize, Vec<_>>::new();
+    for (block, data) in model.mesh.blocks.iter().zip(&model.blocks) {
+        if !data.fixed && data.inertia_error > INERTIA_ERROR {
+            wrong_of
+                .entry(block.source)
+                .or_default()
+                .push((block, data));
+        }
+    }
+    let warning = |(source, wrong): (usize, Vec<(&MeshBlock, &BlockData)>)| {
         let worst = wrong
             .iter()
             .map(|(_, data)| data.inertia_error)
             .fold(0.0, f64::max);
         let named = match wrong.as_slice() {
-            [] => return None,
             [(block, _)] => format!("block \"{}\": its moment of inertia has", block.name),
-            [(first, _), .., (last, _)] => format!(
+            all => format!(
                 "{} blocks from \"{}\" to \"{}\": their moments of inertia have",
-                wrong.len(),
-                first.name,
-                last.name
+                all.len(),
+                all[0].0.name,
+                all[all.len() - 1].0.name
             ),
         };
         let most = wrong
@@ -85,9 +90,9 @@ fn inertia<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
             if wrong.len() > 1 { "up to " } else { "" },
             100.0 * worst
         );
-        Some(Problem::new(at("block", source, "mass"), message))
+        Problem::new(at("block", source, "mass"), message)
     };
-    (0..scene.block.len()).filter_map(warning).collect()
+    wrong_of.into_iter().map(warning).collect()
 }
 
 /// Warns of unconnected parts of a block that pass through each other.

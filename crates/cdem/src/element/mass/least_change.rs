@@ -42,10 +42,12 @@ impl LeastChange<'_> {
     /// moment errors as its gradient. Its Hessian is that of the nodes above the bound. A semismooth
     /// Newton method \[Qi1993\] with a line search ends after a few changes of that set.
     pub(crate) fn factors(&self, wanted: &DVector<f64>) -> Option<Vec<f64>> {
+        let masses = DVector::from_column_slice(self.masses);
+        let above = wanted - self.functions.tr_mul(&masses) * self.least;
         let mut multipliers = DVector::zeros(wanted.len());
         for _ in 0..MOST_STEPS {
             let free = self.functions * &multipliers;
-            if self.is_out_of_reach(&multipliers, &free, wanted) {
+            if self.is_out_of_reach(&multipliers, &free, &above) {
                 return None;
             }
             let missing = self.missing(&free, wanted);
@@ -72,15 +74,13 @@ impl LeastChange<'_> {
 
     /// True if the multipliers y prove that no factors have the moments (Farkas). With f at least
     /// `least`, Σ m (f − least) φ·y is at most the largest φ·y times Σ m (f − least). `free` has
-    /// φ·y of the nodes.
+    /// φ·y of the nodes; `above` are the moments Σ m (f − least) φ.
     fn is_out_of_reach(
         &self,
         multipliers: &DVector<f64>,
         free: &DVector<f64>,
-        wanted: &DVector<f64>,
+        above: &DVector<f64>,
     ) -> bool {
-        let masses = DVector::from_column_slice(self.masses);
-        let above = wanted - self.functions.tr_mul(&masses) * self.least;
         above.dot(multipliers) > free.max() * above[0] + self.round_off() * multipliers.amax()
     }
 
