@@ -191,12 +191,13 @@ def test_a_run_stopped_is_loaded_and_goes_on_alike(prisms, tmp_path):
 
 
 def test_a_run_of_the_command_that_was_stopped_is_loaded(prisms, tmp_path, command):
+    # A frame each 100 steps: the first is of step 0, the third shows that the run steps.
     prisms.time.update(step=1e-6, end=1000.0)
-    prisms.output.update(history=10, blocks=10, frames=1)
+    prisms.output.update(history=10, blocks=10, frames=10_000_000)
     prisms.write(tmp_path / "scene.toml")
     started = command.start("run", tmp_path / "scene.toml", "-o", tmp_path / "results")
-    # It makes its folder once it steps.
-    while not (tmp_path / "results" / "frames.pvd").exists():
+    frames = tmp_path / "results" / "frames"
+    while not frames.exists() or len(list(frames.iterdir())) < 3:
         assert started.poll() is None, started.communicate()
         time.sleep(0.01)
     started.send_signal(signal.SIGINT)
