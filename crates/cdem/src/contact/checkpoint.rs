@@ -1,9 +1,10 @@
 //! Contact in a checkpoint.
 
 use crate::contact::Contacts;
+use crate::contact::detection::candidates::CandidateSearch;
 use crate::contact::energy::ContactEnergies;
 use crate::contact::state::{ContactState, ContactWorkspace};
-use crate::contact::surface::Pair;
+use crate::contact::surface::{Configuration, Pair};
 use crate::math::restore::ResumeError;
 
 impl<const D: usize> Contacts<D> {
@@ -35,10 +36,13 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// Makes the workspace anew from the state, between two steps.
-    pub(crate) fn rebuild_workspace(&mut self) {
+    pub(crate) fn rebuild_workspace(&mut self, at: Configuration<D>) {
         let nodes = self.model_data.block_of.len();
-        self.workspace = ContactWorkspace::new(nodes, &self.state.islands);
-        self.state.search.rebuild_workspace();
+        let positions = (0..nodes as u32).map(|node| at.at(node)).collect();
+        self.workspace = ContactWorkspace {
+            search: CandidateSearch::restored(positions, &self.state.motion_bounds),
+            ..ContactWorkspace::new(nodes, &self.state.islands)
+        };
         for island in &mut self.state.islands {
             island.drop_workspace();
         }

@@ -105,7 +105,7 @@ impl<const D: usize> Contacts<D> {
         let closed = &mut lists.closed_beyond;
         let pairs = state.contact_points().map(|point| point.pair);
         closed.clear();
-        closed.extend(pairs.filter(|pair| !state.search.is_near(*pair)));
+        closed.extend(pairs.filter(|pair| state.near_pairs.binary_search(pair).is_err()));
         closed.sort_unstable();
         closed.dedup();
         let mut others = closed.iter().copied().peekable();
@@ -190,7 +190,7 @@ impl<const D: usize> Contacts<D> {
             island.separation_bounds = SeparationBounds::new(
                 &island.nodes,
                 &data.block_of,
-                data.tolerance,
+                data.resolution,
                 data.examined_distance,
             );
         }
@@ -210,11 +210,12 @@ impl<const D: usize> Contacts<D> {
         let islands = &mut workspace.lists.islands;
         of_pairs.collect_into_vec(islands);
         let context = data.search_context();
-        let pairs = state.near_pairs.iter().zip(state.search.distances());
-        for ((&pair, distance), island) in pairs.zip(islands) {
+        let pairs = state.near_pairs.iter().zip(islands);
+        for (index, (&pair, island)) in pairs.enumerate() {
             let Some(island) = island else { continue };
             let bounds = &mut state.islands[*island].separation_bounds;
             if !bounds.keep(pair) {
+                let distance = workspace.search.distance(index);
                 bounds.push(context.surface, pair, context.of(pair), distance);
             }
         }

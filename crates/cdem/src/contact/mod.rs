@@ -9,7 +9,7 @@ pub(crate) mod energy;
 pub(crate) mod grouping;
 pub(crate) mod interior;
 pub(crate) mod island;
-mod model_data;
+pub(crate) mod model_data;
 pub(crate) mod narrow_phase;
 pub(crate) mod penalty;
 pub(crate) mod prediction;
@@ -31,7 +31,7 @@ use crate::contact::energy::{ContactEnergies, DriftImpulses};
 use crate::contact::interior::BodyCoupling;
 use crate::contact::island::parallel::{self, IslandKicks, IslandsInKick};
 use crate::contact::island::{Bodies, Island};
-use crate::contact::model_data::ContactModelData;
+use crate::contact::model_data::{ContactLengths, ContactModelData};
 use crate::contact::state::{ContactState, ContactWorkspace};
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Surface, boundary_2d, boundary_3d};
@@ -52,7 +52,7 @@ pub(crate) struct Contacts<const D: usize> {
 }
 
 /// Makes the surfaces of the blocks of a mesh, from its thickness, m, and the contact
-/// tolerance, m.
+/// resolution, m.
 pub(crate) type MakeSurface<const D: usize> = fn(&Mesh<D>, f64, f64) -> Box<dyn Surface<D>>;
 
 /// Makes the surfaces in 2-D: vertices against edges.
@@ -68,22 +68,21 @@ pub(crate) fn plane_surface(
 pub(crate) fn solid_surface(
     mesh: &Mesh<3>,
     _thickness: f64,
-    tolerance: f64,
+    resolution: f64,
 ) -> Box<dyn Surface<3>> {
-    Box::new(boundary_3d::Boundary3d::new(mesh, tolerance))
+    Box::new(boundary_3d::Boundary3d::new(mesh, resolution))
 }
 
 impl<const D: usize> Contacts<D> {
-    /// Creates the contact between the blocks of `mesh`, with the contact tolerance
-    /// `tolerance`, m.
+    /// Creates the contact between the blocks of `mesh`.
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh<D>,
         surface: Box<dyn Surface<D>>,
-        tolerance: f64,
+        lengths: ContactLengths,
     ) -> Self {
         Self {
-            model_data: ContactModelData::new(scene, mesh, surface, tolerance),
+            model_data: ContactModelData::new(scene, mesh, surface, lengths),
             workspace: ContactWorkspace {
                 islands_outdated: true,
                 ..ContactWorkspace::new(mesh.nodes.len(), &[])
@@ -96,14 +95,20 @@ impl<const D: usize> Contacts<D> {
     /// strength become joints. Each keeps its gap.
     pub(crate) fn close_initial(&mut self, at: Configuration<D>, inertia: &InverseMass<D>) {
         let may_meet = |blocks| self.model_data.may_touch(blocks);
-        let mut pairs = self.model_data.touching_pairs(at, &may_meet);
-        self.model_data.initial_overlaps =
-            InitialOverlaps::of(&self.model_data.context(inertia), &pairs, at);
-        let context = self.model_data.context(inertia);
+        let tolerance = self.model_data.tolerance;
+        let mut pairs = self.model_data.touching_pairs(at, tolerance, &may_meet);
+        let overlaps = InitialOverlaps::of(&self.model_data.context(inertia), &pairs, at);
+        let data = &mut self.model_data;
+        data.resolution = data.resolution.max(overlaps.deepest());
+        data.initial_overlaps = overlaps;
+        let context = ContactContext {
+            resolution: tolerance,
+            ..data.context(inertia)
+        };
         pairs.retain(|&pair| {
             context
                 .surface
-                .can_transmit_load(pair, at, context.tolerance)
+                .can_transmit_load(pair, at, context.resolution)
         });
         let mut island = Island::default();
         self.state.energies.touch_count +=
@@ -125,15 +130,16 @@ impl<const D: usize> Contacts<D> {
     ) -> bool {
         let blocks = self.model_data.search_context();
         let may_meet = |blocks| self.model_data.may_touch(blocks);
-        let near = &mut self.workspace.lists.near_pairs;
         let speeds = StepSpeeds {
             bounds: speeds,
             step,
         };
-        self.state
-            .search
-            .find_near(&blocks, at, speeds, &may_meet, near);
-        self.state.search_overrun |= self.state.search.exceeded_bounds();
+        let ContactWorkspace { search, lists, .. } = &mut self.workspace;
+        self.state.search_overrun |= search.track(&blocks, at, &self.state.near_pairs, &may_meet);
+        search.find_near(&blocks, at, speeds, &may_meet, &mut lists.near_pairs);
+        self.state.motion_bounds.clear();
+        let motion_bounds = search.blocks.iter().map(|block| block.motion_bound);
+        self.state.motion_bounds.extend(motion_bounds);
         self.regroup(number);
         self.join(number)
     }
@@ -284,7 +290,7 @@ impl<const D: usize> Contacts<D> {
         inertia: &InverseMass<D>,
     ) -> Vec<(u32, [f64; D])> {
         let mut moves = Vec::new();
-        let limit = CORRECTED_PENETRATION * self.model_data.tolerance;
+        let limit = CORRECTED_PENETRATION * self.model_data.tolerated_penetration();
         let is_deep = self
             .contact_points()
             .any(|contact| contact.penetration() > limit);
@@ -334,9 +340,9 @@ impl<const D: usize> Contacts<D> {
         self.model_data.model != ContactModel::Penalty && self.model_data.may_touch([a, b])
     }
 
-    /// Returns d_tol, m.
-    pub(crate) fn tolerance(&self) -> f64 {
-        self.model_data.tolerance
+    /// Returns the contact resolution, m.
+    pub(crate) fn resolution(&self) -> f64 {
+        self.model_data.resolution
     }
 
     /// Returns the energies so far, J.

@@ -11,6 +11,17 @@ use crate::model::block_of;
 use crate::model::inverse_mass::InverseMass;
 use crate::scene::{ContactModel, Scene};
 
+/// Lengths below which contact makes no difference, m.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactLengths {
+    /// Contact tolerance d_tol: pairs within it are closed at t = 0, and penetration up to it is
+    /// tolerated.
+    pub(crate) tolerance: f64,
+    /// Contact resolution: points of boundaries no farther apart are not told apart. All that
+    /// happens after t = 0 depends on it, and not on the contact tolerance.
+    pub(crate) resolution: f64,
+}
+
 /// Data that change only with the mesh, once contacts are closed at t = 0.
 pub(super) struct ContactModelData<const D: usize> {
     pub(super) model: ContactModel,
@@ -22,10 +33,11 @@ pub(super) struct ContactModelData<const D: usize> {
     pub(super) halvings: Vec<u8>,
     /// Mass-proportional damping of each block, 1/s.
     pub(super) damping: Vec<f64>,
-    /// d_tol, m.
+    /// The [`ContactLengths`], m. The resolution is no less than any overlap at t = 0.
     pub(super) tolerance: f64,
+    pub(super) resolution: f64,
     /// Distance, m, below which the separation bounds leave out no open pair in a drift: the
-    /// contact tolerance, or more where a test wants all pairs examined.
+    /// contact resolution, or more where a test wants all pairs examined.
     pub(super) examined_distance: f64,
     /// True for each block that never moves.
     pub(super) fixed: Vec<bool>,
@@ -34,12 +46,15 @@ pub(super) struct ContactModelData<const D: usize> {
 }
 
 impl<const D: usize> ContactModelData<D> {
-    /// Returns the data of the blocks of `mesh`, with the contact tolerance `tolerance`, m.
+    /// Returns the data of the blocks of `mesh`.
     pub(super) fn new(
         scene: &Scene,
         mesh: &Mesh<D>,
         surface: Box<dyn Surface<D>>,
-        tolerance: f64,
+        ContactLengths {
+            tolerance,
+            resolution,
+        }: ContactLengths,
     ) -> Self {
         let block_of = block_of(mesh);
         let blocks = mesh.blocks.iter();
@@ -55,7 +70,8 @@ impl<const D: usize> ContactModelData<D> {
                 .map(|block| damping_of(scene, block.source))
                 .collect(),
             tolerance,
-            examined_distance: tolerance,
+            resolution,
+            examined_distance: resolution,
             fixed: blocks
                 .map(|block| scene.block[block.source].fixed)
                 .collect(),
@@ -70,7 +86,7 @@ impl<const D: usize> ContactModelData<D> {
             clusters: &self.clusters,
             block_of: &self.block_of,
             fixed: &self.fixed,
-            tolerance: self.tolerance,
+            resolution: self.resolution,
         }
     }
 
@@ -92,14 +108,15 @@ impl<const D: usize> ContactModelData<D> {
         self.nodes_of(pair).filter(moves)
     }
 
-    /// Returns the pairs within the contact tolerance of each other, in their normal cones,
-    /// between blocks that `may_meet` selects.
+    /// Returns the pairs `within` a distance of each other, m, in their normal cones, between
+    /// blocks that `may_meet` selects.
     pub(super) fn touching_pairs(
         &self,
         at: Configuration<D>,
+        within: f64,
         may_meet: &impl Fn([u32; 2]) -> bool,
     ) -> Vec<Pair> {
-        let (within, surface) = (self.tolerance, &*self.surface);
+        let surface = &*self.surface;
         let mut pairs = self.search_context().pairs_within(at, within, may_meet);
         pairs.retain(|&pair| {
             let projection = surface.project(pair, at);
@@ -110,6 +127,11 @@ impl<const D: usize> ContactModelData<D> {
         pairs
     }
 
+    /// Returns the deepest penetration that is tolerated, m.
+    pub(super) fn tolerated_penetration(&self) -> f64 {
+        self.tolerance.min(self.resolution)
+    }
+
     /// Returns all that contact needs from the model.
     pub(super) fn context<'a>(&'a self, inertia: &'a InverseMass<D>) -> ContactContext<'a, D> {
         ContactContext {
@@ -118,7 +140,7 @@ impl<const D: usize> ContactModelData<D> {
             block_of: &self.block_of,
             inertia,
             damping: &self.damping,
-            tolerance: self.tolerance,
+            resolution: self.resolution,
             initial_overlaps: &self.initial_overlaps,
             halvings: &self.halvings,
         }

@@ -75,7 +75,7 @@ impl<const D: usize> Contacts<D> {
             if is_closed || !surface.may_touch_in_drift(pair, at, motion.after(duration)) {
                 return None;
             }
-            surface.time_of_impact(pair, motion, duration, self.model_data.tolerance)
+            surface.time_of_impact(pair, motion, duration, self.model_data.resolution)
         };
         let near = self
             .state

@@ -22,15 +22,15 @@ impl<const D: usize> Contacts<D> {
         at: Configuration<D>,
         moves: &[[f64; D]],
     ) -> Vec<bool> {
-        let tolerance = self.model_data.tolerance;
+        let resolution = self.model_data.resolution;
         let ways: Vec<f64> = moves.iter().map(norm).collect();
-        let mut margins = vec![tolerance; self.model_data.fixed.len()];
+        let mut margins = vec![resolution; self.model_data.fixed.len()];
         for (way, &block) in ways.iter().zip(&self.model_data.block_of) {
             let margin = &mut margins[block as usize];
-            *margin = margin.max(way + tolerance);
+            *margin = margin.max(way + resolution);
         }
         let margin = |block: u32| margins[block as usize];
-        let goes = |block: u32| margin(block) > tolerance;
+        let goes = |block: u32| margin(block) > resolution;
         let wanted = |[a, b]: [u32; 2]| (goes(a) || goes(b)) && self.model_data.may_touch([a, b]);
         let surface = &*self.model_data.surface;
         let clusters = &self.model_data.clusters;
@@ -47,8 +47,8 @@ impl<const D: usize> Contacts<D> {
                 of.fold(0.0, f64::max)
             };
             let of_sides = sides.map(longest);
-            let reach = of_sides[0] + of_sides[1] + 2.0 * tolerance;
-            if of_sides == [0.0; 2] || surface.distance_lower_bound(pair, at) > reach {
+            let reach = of_sides[0] + of_sides[1] + 2.0 * resolution;
+            if of_sides == [0.0; 2] || surface.distance(pair, at) > reach {
                 continue;
             }
             let projection = surface.project(pair, at);
@@ -57,8 +57,8 @@ impl<const D: usize> Contacts<D> {
                 .jacobian(pair, &foot, at)
                 .relative_velocity(0, moves);
             let after = projection.gap + change;
-            let enters = after < projection.gap.min(0.0) - SLIGHT_OVERLAP * tolerance;
-            let leaves = change > tolerance && closed.binary_search(&pair).is_ok();
+            let enters = after < projection.gap.min(0.0) - SLIGHT_OVERLAP * resolution;
+            let leaves = change > resolution && closed.binary_search(&pair).is_ok();
             // Parallel edges have no gap.
             if enters || leaves || after.is_nan() {
                 for (nodes, way) in sides.iter().zip(of_sides) {
@@ -73,7 +73,7 @@ impl<const D: usize> Contacts<D> {
     /// Returns a translation of a block, in addition to these `moves` of all nodes, m, after
     /// which none of its contacts overlaps more than before. Removes the largest overlap, at
     /// most [`LIFT_STEPS`] times. Returns `None` if the translation exceeds the contact
-    /// tolerance.
+    /// resolution.
     pub(crate) fn remove_overlap(
         &self,
         block: u32,
@@ -98,9 +98,9 @@ impl<const D: usize> Contacts<D> {
                 .map(|(change, out)| (change + dot(out, &shift), out));
             match after.min_by(|a, b| a.0.total_cmp(&b.0)) {
                 Some((least, out)) if least < 0.0 => add_scaled(&mut shift, -least, out),
-                _ => return (norm(&shift) <= self.model_data.tolerance).then_some(shift),
+                _ => return (norm(&shift) <= self.model_data.resolution).then_some(shift),
             }
-            if norm(&shift) > self.model_data.tolerance {
+            if norm(&shift) > self.model_data.resolution {
                 return None;
             }
         }
@@ -121,8 +121,9 @@ impl<const D: usize> Contacts<D> {
         // The next kick sees another surface.
         self.state.energies.penetration = self.max_penetration(exchange.old.at);
         let before = self.exchange_surface(exchange.mesh, surface);
-        self.state.search = CandidateSearch::default();
+        self.workspace.search = CandidateSearch::default();
         self.state.near_pairs.clear();
+        self.state.motion_bounds.clear();
         self.state.joins.clear();
         self.workspace.islands_outdated = true;
         let all = self.state.islands.iter_mut();
@@ -196,10 +197,12 @@ impl<const D: usize> Contacts<D> {
         blocks.sort_unstable();
         blocks.dedup();
         let wanted = |pair: [u32; 2]| blocks.binary_search(&ordered(pair)).is_ok();
-        let mut pairs = self.model_data.touching_pairs(at, &wanted);
+        let gap = |of: &LostContact<D>| of.contact.offset[0].abs();
+        let within = self.model_data.resolution + lost.iter().map(gap).fold(0.0, f64::max);
+        let mut pairs = self.model_data.touching_pairs(at, within, &wanted);
         let context = self.model_data.context(inertia);
         let surface = context.surface;
-        pairs.retain(|&pair| surface.can_transmit_load(pair, at, context.tolerance));
+        pairs.retain(|&pair| surface.can_transmit_load(pair, at, within));
         let island = &mut self.state.islands[0];
         let kept = island.contact_points.len();
         island.activate_pairs(&context, DriftInterval::at_rest(at), &pairs, time);

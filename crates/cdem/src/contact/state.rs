@@ -16,12 +16,12 @@ use crate::math::restore::{ResumeError, require};
 /// the scene and the mesh.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct ContactState<const D: usize> {
-    pub(super) search: CandidateSearch<D>,
     /// True if nodes have moved farther in a coarse step than their motion bound, in any step
     /// since the flag was last taken.
     pub(super) search_overrun: bool,
-    /// Near pairs of this coarse step, sorted.
+    /// Near pairs of this coarse step, sorted; and the motion bound of each block in it, m.
     pub(super) near_pairs: Vec<Pair>,
+    pub(super) motion_bounds: Vec<f64>,
     /// Pairs whose nodes share a time level, with the last coarse step that needed it.
     pub(super) joins: Vec<(Pair, u64)>,
     pub(super) islands: Vec<Island<D>>,
@@ -65,7 +65,7 @@ impl<const D: usize> ContactState<D> {
         let pairs = pairs.chain(self.joins.iter().map(|&(pair, _)| pair));
         let mut pairs = pairs.chain(self.near_pairs.iter().copied());
         require(
-            pairs.all(&has) && self.search.is_of(nodes, blocks, &has),
+            pairs.all(&has) && self.near_pairs.is_sorted(),
             "its contacts",
         )?;
         let is_known = |history: &ContactHistory| {
@@ -73,7 +73,11 @@ impl<const D: usize> ContactState<D> {
             of.all(|&block| (block as usize) < blocks)
         };
         let histories = self.contact_points().map(|point| &point.history);
-        require(histories.chain(&self.ended).all(is_known), "its blocks")?;
+        let bounds = self.motion_bounds.len();
+        require(
+            histories.chain(&self.ended).all(is_known) && (bounds == blocks || bounds == 0),
+            "its blocks",
+        )?;
         let is_node = |&node: &u32| (node as usize) < nodes;
         let are_sorted = |island: &Island<D>| {
             island.nodes.is_sorted_by(|a, b| a < b) && island.nodes.iter().all(is_node)
@@ -89,6 +93,7 @@ impl<const D: usize> ContactState<D> {
 /// Memory of contact that [`ContactWorkspace::new`] rebuilds from the state between any two
 /// steps.
 pub(super) struct ContactWorkspace<const D: usize> {
+    pub(super) search: CandidateSearch<D>,
     /// True if the near and joined pairs are no longer all in islands.
     pub(super) islands_outdated: bool,
     pub(super) index: IslandIndex,
@@ -104,6 +109,7 @@ impl<const D: usize> ContactWorkspace<D> {
     /// number of nodes.
     pub(super) fn new(nodes: usize, islands: &[Island<D>]) -> Self {
         Self {
+            search: CandidateSearch::default(),
             islands_outdated: false,
             index: IslandIndex::new(nodes, islands),
             lists: StepLists::default(),

@@ -3,6 +3,10 @@
 //! A docstring tells the meaning with its unit, then the reason for the value, then the measurement
 //! behind it. "Relative" values have no unit.
 
+/// Contact resolution, relative to the smallest boundary edge: points of boundaries no farther
+/// apart are not told apart. It is far above round-off and far below any feature.
+pub(crate) const CONTACT_RESOLUTION: f64 = 1e-4;
+
 // Surfaces.
 
 /// Least cosine between the outward directions of two parts of one feature, dimensionless. A
@@ -17,7 +21,7 @@ pub(crate) const SAME_FEATURE_ANGLE: f64 = 1e-6;
 /// inside a flat boundary, dimensionless.
 ///
 /// With shrunken edges, a corner moved a length s into its face stays in the plane of contact to
-/// within the tolerance d if the sine is d/s or less. Here s = 50 d, by default a 200th of the
+/// within the resolution d if the sine is d/s or less. Here s = 50 d, by default a 200th of the
 /// smallest edge. The value must be above the angle that d hides over such an edge, 1e-4, and above
 /// the rotations of small strain, 1e-2. It must be below intended turns, as of a circle of 300
 /// edges. It classifies contacts and breaks ties among features that touch within d anyway. Half
@@ -51,7 +55,7 @@ pub(crate) const FLAT_CAUTION: f64 = 0.99;
 pub(crate) const ANGLE_SERIES: f64 = 1e-3;
 
 /// Largest depth to which a straight edge laid across a flat edge may sink in, relative to the
-/// contact tolerance.
+/// contact resolution.
 pub(crate) const SAGITTA: f64 = 0.25;
 
 /// Turn of a clearly re-entrant edge (rad).
@@ -67,7 +71,7 @@ pub(crate) const MOST_NODES_OF_FEATURE: usize = 4;
 // Narrow phase.
 
 /// Largest distance of an end of the shorter of two edges beside the other at which the edges still
-/// count as parallel, relative to the contact tolerance. Such edges meet at their ends, late by
+/// count as parallel, relative to the contact resolution. Such edges meet at their ends, late by
 /// this distance at most.
 pub(crate) const CLOSE_TO_PARALLEL: f64 = 0.1;
 
@@ -90,8 +94,8 @@ pub(crate) const EDGE_TURN_RATE: f64 = 8.0;
 /// counts 4 · 2 (w₁ + w₂)/s, that of the two faces of either edge 4w/s.
 pub(crate) const SIDE_TURN_RATE: f64 = 16.0;
 
-/// Rate at which the length in [`CullingResult::ExcludedUntil`](crate::contact::surface::CullingResult) may
-/// shrink, relative to the sum of the travels of both blocks. At first order the rate is 1 in front
+/// Rate at which the [exclusion length](crate::contact::surface::Distance::exclusion) may change,
+/// relative to the sum of the travels of both blocks. At first order the rate is 1 in front
 /// of faces, 1.1 and 1.75 between edges (`narrow_phase/culling.rs`), and 1.3 where edges sharpen.
 /// The length is used up before nodes have moved by a 16th of the smallest length involved; the
 /// higher orders are far smaller there.
@@ -100,11 +104,11 @@ pub(crate) const CULLING_RATE: f64 = 4.0;
 // Continuous collision detection.
 
 /// Largest gap at which a pair about to touch joins an earlier event, relative to the contact
-/// tolerance: a 1e-8th of the smallest boundary edge by default. Its foot point must lie no farther
-/// outside the target than the tolerance.
+/// resolution: a 1e-8th of the smallest boundary edge by default. Its foot point must lie no farther
+/// outside the target than the resolution.
 pub(crate) const EARLY_GAP: f64 = 1e-4;
 
-/// Penetration that counts as none, relative to the contact tolerance: a 1e-6th of the smallest
+/// Penetration that counts as none, relative to the contact resolution: a 1e-6th of the smallest
 /// boundary edge by default. A pair too slow to sink in deeper in a drift waits for the next kick.
 /// Otherwise settling stones would open and close one after the other, and each touch would be an
 /// impact of the whole pile.
@@ -148,7 +152,7 @@ pub(crate) const RESTING_SINK: f64 = 1e-3;
 /// target loses only the fraction of its size that its nodes move over its height.
 pub(crate) const LEAST_TARGET_SIZE: f64 = 0.5;
 
-/// Depth at which a sinking pair is closed in a kick, relative to the contact tolerance: a 1e-11th
+/// Depth at which a sinking pair is closed in a kick, relative to the contact resolution: a 1e-11th
 /// of the smallest boundary edge by default. Points that come to rest stay uneven by as much. A
 /// pair left to sink in farther closes at [`IGNORED_PENETRATION`] at the latest.
 pub(crate) const LEAST_DEPTH: f64 = 1e-7;
@@ -156,7 +160,7 @@ pub(crate) const LEAST_DEPTH: f64 = 1e-7;
 // Detection.
 
 /// Largest distance between a touch and the main feature of a closed contact point that may be the
-/// same contact, relative to the contact tolerance. The point of either may lie outside its
+/// same contact, relative to the contact resolution. The point of either may lie outside its
 /// feature, and both may lie beside the touch.
 pub(crate) const DUPLICATE_REACH: f64 = 4.0;
 
@@ -189,43 +193,29 @@ pub(crate) const MOST_FEATURES_OF_CLUSTER: usize = 128;
 /// and hits something with its near end. Kicks add to it.
 pub(crate) const SPEED_GAIN: f64 = 2.25;
 
-/// Motion bound of a block at rest, relative to the contact tolerance. Edges within flat faces may
+/// Motion bound of a block at rest, relative to the contact resolution. Edges within flat faces may
 /// become sharp once nodes have moved by a few times this.
 pub(crate) const LEAST_MOTION_BOUND: f64 = 0.02;
 
-/// Largest distance of features at which the surface tests them, relative to motion bound plus
-/// tolerance: √2 if both are used along the target and along its normal.
-pub(crate) const DISTANCE_CHECKED: f64 = 1.5;
+/// Distance by which a bound on motion must clear a limit to tell without a test if a pair is near,
+/// relative to the contact resolution. It is far above the round-off of distances and travels, and
+/// above the jump of the exclusion length as edges become parallel: an eighth of
+/// [`CLOSE_TO_PARALLEL`].
+pub(crate) const BOUND_SLACK: f64 = 0.1;
 
-/// [`DISTANCE_CHECKED`] with an allowance for round-off of distances and travels, relative to
-/// motion bound plus tolerance. The allowance is a tenth of the tolerance, which is far above it.
-pub(crate) const DISTANCE_KEPT: f64 = 1.6;
-
-/// Allowance for round-off of [`CullingResult::ExcludedUntil`](crate::contact::surface::CullingResult),
-/// relative to the contact tolerance. The round-off is far below.
-pub(crate) const CULLING_ROUND_OFF: f64 = 0.01;
-
-/// Least travel of both blocks together for which a near pair stays near, relative to the contact
-/// tolerance.
-pub(crate) const NEAR_MARGIN: f64 = 0.25;
-
-/// Travel of both blocks together for which a near pair stays near, relative to their motion
-/// bounds: some nine steps at the present speeds.
-pub(crate) const NEAR_MARGIN_IN_MOTION: f64 = 4.0;
-
-/// Largest displacement of a block since the last broad phase plus its motion bound, relative to
-/// its motion bound.
+/// Largest travel of a block since the last broad phase plus its motion bound, relative to its motion
+/// bound.
 pub(crate) const BROAD_PHASE_STEPS: f64 = 11.0;
 
-/// Least value of that allowance for displacement and motion bound, relative to the contact
-/// tolerance: a 20th of the smallest boundary edge by default.
+/// Least value of that allowance for travel and motion bound, relative to the contact resolution: a
+/// 20th of the smallest boundary edge.
 pub(crate) const BROAD_PHASE_STEPS_AT_REST: f64 = 500.0;
 
-/// Allowance for round-off of distances and travels, relative to the contact tolerance. The
+/// Allowance for round-off of distances and travels, relative to the contact resolution. The
 /// round-off is far below.
 pub(crate) const SEPARATION_ROUND_OFF: f64 = 0.1;
 
-/// Travel of a block at which all pairs are measured again, relative to the contact tolerance: a
+/// Travel of a block at which all pairs are measured again, relative to the contact resolution: a
 /// hundred of the smallest boundary edge by default. After a billion more substeps the round-off of
 /// the travel is still within [`SEPARATION_ROUND_OFF`].
 pub(crate) const STALE_TRAVEL: f64 = 1e6;
@@ -237,11 +227,11 @@ pub(crate) const SEPARATION_DRIFTS: f64 = 16.0;
 // Constraints.
 
 /// Largest error of the gaps of closed contact points at the end of a drift, relative to the
-/// contact tolerance. The solve corrects gaps along their present gradients. The gaps of points
+/// contact resolution. The solve corrects gaps along their present gradients. The gaps of points
 /// that slide along a turning edge change besides, by the square of the drift.
 pub(crate) const GAP_ERROR: f64 = 0.1;
 
-/// Relative displacement that is round-off, relative to the contact tolerance: a 1e-14th of the
+/// Relative displacement that is round-off, relative to the contact resolution: a 1e-14th of the
 /// smallest boundary edge by default.
 pub(crate) const LEAST_MOVE: f64 = 1e-10;
 
@@ -255,7 +245,7 @@ pub(crate) const GAP_ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// 1e-4, gained 8 W at 1, 0.6 W at 0.1, and next to nothing at this value.
 pub(crate) const GAP_CORRECTION: f64 = 0.02;
 
-/// Error of a gap that is not corrected, relative to the contact tolerance: a 1e-7th of the
+/// Error of a gap that is not corrected, relative to the contact resolution: a 1e-7th of the
 /// smallest boundary edge by default. With more contact points than degrees of freedom, the gaps
 /// contradict each other, because of solver errors and the bending of bodies. A correction then has
 /// no solution: impulses grow and shrink from step to step, until a contact opens or slips, and the
@@ -263,12 +253,12 @@ pub(crate) const GAP_CORRECTION: f64 = 0.02;
 /// request no motion, so they cannot contradict each other.
 pub(crate) const GAP_DEAD_BAND: f64 = 1e-3;
 
-/// Penetration that is not corrected, relative to the contact tolerance. A correction of the
+/// Penetration that is not corrected, relative to the contact resolution. A correction of the
 /// positions compresses the bodies more where they press on each other, and makes energy. The rest
-/// must only stay so far below the tolerance that further penetration is still found.
+/// must only stay so far below the resolution that further penetration is still found.
 pub(crate) const CORRECTED_PENETRATION: f64 = 0.5;
 
-/// Overlap that a change of mesh may make, relative to the contact tolerance: the same as the error
+/// Overlap that a change of mesh may make, relative to the contact resolution: the same as the error
 /// of gaps at the end of any drift.
 pub(crate) const SLIGHT_OVERLAP: f64 = GAP_ERROR;
 

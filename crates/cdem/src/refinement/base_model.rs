@@ -149,9 +149,9 @@ impl<const D: usize> BaseModel<D> {
         &self.materials[self.properties[block].material]
     }
 
-    /// Builds the boundary of a mesh of all blocks, for contact within `tolerance`, m.
-    pub(crate) fn surface(&self, mesh: &Mesh<D>, tolerance: f64) -> Box<dyn Surface<D>> {
-        (self.space.surface)(mesh, thickness::<D>(&self.scene), tolerance)
+    /// Builds the boundary of a mesh of all blocks, with a contact `resolution`, m.
+    pub(crate) fn surface(&self, mesh: &Mesh<D>, resolution: f64) -> Box<dyn Surface<D>> {
+        (self.space.surface)(mesh, thickness::<D>(&self.scene), resolution)
     }
 
     /// Builds the elements of a mesh of one block.

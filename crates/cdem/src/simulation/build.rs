@@ -1,6 +1,8 @@
 //! Builds the model from scene and mesh.
 
 use crate::contact::Contacts;
+use crate::contact::model_data::ContactLengths;
+use crate::contact::tolerances::CONTACT_RESOLUTION;
 use crate::element::mass::{self, Masses};
 use crate::element::material::Elastic;
 use crate::element::{self, ElementNumbering, ElementSet};
@@ -48,10 +50,10 @@ impl<const D: usize> Model<D> {
         let limits = pace.extremes();
         let shortest = pace.shortest(&mesh);
         let base_level = pace.levels(&mesh, step)?;
-        let tolerance = contact_tolerance(scene, &mesh)?;
+        let lengths = contact_lengths(scene, &mesh)?;
         let mut contacts = (mesh.blocks.len() > 1)
-            .then(|| (space.surface)(&mesh, thickness, tolerance))
-            .map(|surface| Contacts::new(scene, &mesh, surface, tolerance));
+            .then(|| (space.surface)(&mesh, thickness, lengths.resolution))
+            .map(|surface| Contacts::new(scene, &mesh, surface, lengths));
         let adaptivity = is_refined.then(|| {
             let levels = BaseLevels {
                 level: base_level.clone(),
@@ -189,21 +191,25 @@ fn bodies<const D: usize>(
     })
 }
 
-/// Returns the contact tolerance, m; fills in the default if the scene gives none. Refuses a
+/// Returns the lengths of contact; fills in the tolerance if the scene gives none. Refuses a
 /// tolerance that does not suit the mesh.
-fn contact_tolerance<const D: usize>(scene: &mut Scene, mesh: &Mesh<D>) -> Result<f64, ModelError> {
-    let tolerance = *scene
-        .contact
-        .tolerance
-        .get_or_insert_with(|| default_tolerance(mesh));
+fn contact_lengths<const D: usize>(
+    scene: &mut Scene,
+    mesh: &Mesh<D>,
+) -> Result<ContactLengths, ModelError> {
+    let resolution = contact_resolution(mesh);
+    let tolerance = *scene.contact.tolerance.get_or_insert(resolution);
     refuse_tolerance(mesh, tolerance)?;
     refuse_overlap(scene, mesh, tolerance)?;
-    Ok(tolerance)
+    Ok(ContactLengths {
+        tolerance,
+        resolution,
+    })
 }
 
-/// Returns the default contact tolerance, m.
-pub(super) fn default_tolerance<const D: usize>(mesh: &Mesh<D>) -> f64 {
-    1e-4 * mesh.smallest_boundary_edge()
+/// Returns the contact resolution, which is also the default contact tolerance, m.
+pub(super) fn contact_resolution<const D: usize>(mesh: &Mesh<D>) -> f64 {
+    CONTACT_RESOLUTION * mesh.smallest_boundary_edge()
 }
 
 /// Returns the key of a block's name, by which a message shows the block in the scene.

@@ -115,7 +115,7 @@ const RUNAWAY: f64 = 10.0;
 /// Coarse steps between two checks for overlapping blocks. A check costs about ten steps.
 const OVERLAP_INTERVAL: u64 = 1024;
 
-/// Depth at which blocks count as overlapping, over the contact tolerance. A solved contact leaves
+/// Depth at which blocks count as overlapping, over the contact resolution. A solved contact leaves
 /// less than 1.
 const OVERLAP_LIMIT: f64 = 10.0;
 
@@ -336,7 +336,7 @@ impl ValidityGuard {
             *place = at.at(node);
         }
         let apart = |a: usize, b: usize| contacts.keeps_apart(a as u32, b as u32);
-        let depth = OVERLAP_LIMIT * contacts.tolerance();
+        let depth = OVERLAP_LIMIT * contacts.resolution();
         match crate::mesh::overlap(&mesh, depth, &apart) {
             None => Ok(()),
             Some(found) => Err(StepError::Penetration {

@@ -9,7 +9,7 @@ use crate::math::vector::{norm, sub};
 use crate::mesh::{Mesh, MeshBlock, coordinates};
 use crate::model::{BlockData, Model, block_names};
 use crate::scene::{Cadence, Geometry, KeyPath, Mass, Problem, Scene, Split};
-use crate::simulation::build::default_tolerance;
+use crate::simulation::build::contact_resolution;
 
 /// Relative error of a block's moment of inertia above which a warning is given.
 const INERTIA_ERROR: f64 = 0.01;
@@ -18,7 +18,7 @@ const INERTIA_ERROR: f64 = 0.01;
 /// first cause of a long run to check.
 const STEP_RATIO_LIMIT: f64 = 10.0;
 
-/// Contact tolerance over the default, up to which results do not depend on it.
+/// Contact tolerance over the default above which the user is warned.
 const TOLERANCE_RATIO_LIMIT: f64 = 10.0;
 
 /// Speeds of compression waves in solids, m/s: from soft gels up to diamond.
@@ -132,13 +132,13 @@ fn joints(scene: &Scene) -> Option<Problem> {
     })
 }
 
-/// Warns of a tolerance so large that it changes the place and time of contacts.
+/// Warns of a tolerance so large that it closes pairs which are clearly apart at t = 0.
 fn tolerance<const D: usize>(scene: &Scene, mesh: &Mesh<D>) -> Option<Problem> {
-    let default = default_tolerance(mesh);
+    let default = contact_resolution(mesh);
     let tolerance = scene.contact.tolerance?;
     (tolerance > TOLERANCE_RATIO_LIMIT * default).then(|| {
         let message = format!(
-            "blocks up to {} m apart may touch; this is {:.0} times the default, which is 1e-4 of \
+            "blocks up to {} m apart count as touching at t = 0; this is {:.0} times the default, which is 1e-4 of \
              the smallest boundary edge: {} m; leave it out, unless gaps of that size should count \
              as closed",
             short(tolerance),

@@ -84,7 +84,7 @@ impl<const D: usize> Run<D> {
                 .remesh(adaptivity, number as f64 * self.model.step);
             let mesh = &self.model.mesh;
             if let Some(contacts) = &mut self.contacts {
-                let surface = adaptivity.base_model.surface(mesh, contacts.tolerance());
+                let surface = adaptivity.base_model.surface(mesh, contacts.resolution());
                 contacts.exchange_surface(mesh, surface);
             }
         }
@@ -94,7 +94,7 @@ impl<const D: usize> Run<D> {
     /// Makes all workspace anew from model and state, between two steps.
     pub(crate) fn rebuild_workspace(&mut self) {
         if let Some(contacts) = &mut self.contacts {
-            contacts.rebuild_workspace();
+            contacts.rebuild_workspace(self.model.positions(&self.state).into());
         }
         self.workspace = Workspace::new(&self.model, &self.state, self.contacts.is_some());
         let levels = self.levels();

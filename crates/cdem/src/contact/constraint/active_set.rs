@@ -89,7 +89,7 @@ impl<const D: usize> ActiveSetIndex<D> {
     ) -> impl Iterator<Item = &'a ContactPoint<D>> + Clone {
         let surface = context.surface;
         let own = fastest(surface.main_nodes(pair.main), motion.velocity);
-        let margin = DUPLICATE_REACH * context.tolerance + (own + self.fastest) * duration;
+        let margin = DUPLICATE_REACH * context.resolution + (own + self.fastest) * duration;
         let touch = around_nodes(surface, pair, motion.at, margin);
         let blocks = ordered(context.blocks(pair));
         let between = self.between.binary_search_by_key(&blocks, |b| b.blocks);

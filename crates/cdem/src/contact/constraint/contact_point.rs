@@ -158,19 +158,19 @@ impl<const D: usize> ContactPoint<D> {
         pair: Pair,
         drift_interval: DriftInterval<D>,
     ) -> bool {
-        let (surface, tolerance) = (context.surface, context.tolerance);
+        let (surface, resolution) = (context.surface, context.resolution);
         if self.pair == pair {
             return true;
         }
         let continues = || {
             let projection = surface.project(self.pair, drift_interval.at_end);
             let foot = &projection.foot;
-            projection.outside <= tolerance
+            projection.outside <= resolution
                 || surface
                     .neighbour(self.pair, foot, drift_interval.at_end)
                     .is_some()
         };
-        surface.same_contact(self.pair, pair, drift_interval.at_touch, tolerance)
+        surface.same_contact(self.pair, pair, drift_interval.at_touch, resolution)
             && continues()
             && !self.leaves_uncovered(context, pair, drift_interval)
     }
@@ -211,7 +211,7 @@ impl<const D: usize> ContactPoint<D> {
     ) -> bool {
         let surface = context.surface;
         let beside = surface.project(pair, at);
-        let deep = -GAP_ERROR * context.tolerance;
+        let deep = -GAP_ERROR * context.resolution;
         if beside.outside > 0.0 || beside.gap >= deep {
             return false;
         }
@@ -308,7 +308,7 @@ impl<const D: usize> ContactPoint<D> {
     fn set_target(&self, constraint: &mut Constraint<D>, context: &ContactContext<D>, drift: f64) {
         let (jacobian, target) = (&constraint.jacobian, &mut constraint.target);
         *target = [0.0; D];
-        let right = GAP_DEAD_BAND * context.tolerance;
+        let right = GAP_DEAD_BAND * context.resolution;
         for r in 0..if self.is_sticking { D } else { 1 } {
             let wrong = self.offset[r] - jacobian.offset[r];
             target[r] = GAP_CORRECTION * (wrong - wrong.clamp(-right, right)) / drift;
@@ -335,11 +335,11 @@ impl<const D: usize> ContactPoint<D> {
         solved: &Constraint<D>,
         velocity: &[[f64; D]],
         drift: f64,
-        tolerance: f64,
+        resolution: f64,
     ) -> bool {
         let jacobian = &solved.jacobian;
         let gap = jacobian.offset[0] + drift * jacobian.relative_velocity(0, velocity);
-        gap - self.offset[0] > GAP_DEAD_BAND * tolerance
+        gap - self.offset[0] > GAP_DEAD_BAND * resolution
     }
 
     /// Returns the constraint at the instant of an impact, at the present positions, before a

@@ -15,8 +15,8 @@ pub(crate) struct ContactContext<'a, const D: usize> {
     pub(crate) inertia: &'a InverseMass<D>,
     /// Mass-proportional damping of each block, 1/s.
     pub(crate) damping: &'a [f64],
-    /// d_tol, m.
-    pub(crate) tolerance: f64,
+    /// Contact resolution, m: points of boundaries no farther apart are not told apart.
+    pub(crate) resolution: f64,
     /// Overlaps of the blocks at t = 0.
     pub(crate) initial_overlaps: &'a InitialOverlaps,
     /// The number of halvings of the elements at each node.
@@ -42,7 +42,7 @@ impl<'a, const D: usize> ContactContext<'a, D> {
     /// Returns the relative velocity, m/s, that moves points by no more than round-off over a
     /// drift of `drift` seconds.
     pub(crate) fn least_speed(&self, drift: f64) -> f64 {
-        LEAST_MOVE * self.tolerance / drift
+        LEAST_MOVE * self.resolution / drift
     }
 
     /// Returns the response to impulses in a kick of `interval` seconds; 0 means at an instant.

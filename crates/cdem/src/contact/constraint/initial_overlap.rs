@@ -32,6 +32,11 @@ impl InitialOverlaps {
         overlaps
     }
 
+    /// Returns the depth of the deepest overlap, m; 0 if there is none.
+    pub(crate) fn deepest(&self) -> f64 {
+        self.depth.values().copied().fold(0.0, f64::max)
+    }
+
     /// Returns the part of a gap between two blocks that does not count as penetration, m: at
     /// most 0.
     pub(crate) fn allowed_gap(&self, blocks: [u32; 2], gap: f64) -> f64 {

@@ -9,7 +9,7 @@ impl<const D: usize> ContactPoint<D> {
     /// Moves the foot of a sliding contact to its point, and on to neighbouring target
     /// features. `taken` is true for the pairs of other contacts. The contact does not move on
     /// to such a pair around a re-entrant corner, nor past an end of the surface. Returns false if
-    /// the point has left the surface by more than the contact tolerance. The margin keeps flush
+    /// the point has left the surface by more than the contact resolution. The margin keeps flush
     /// corners from flickering.
     pub(crate) fn track_target(
         &mut self,
@@ -17,7 +17,7 @@ impl<const D: usize> ContactPoint<D> {
         at: Configuration<D>,
         taken: impl Fn(Pair) -> bool,
     ) -> bool {
-        let (surface, tolerance) = (context.surface, context.tolerance);
+        let (surface, resolution) = (context.surface, context.resolution);
         if self.is_sticking {
             return true;
         }
@@ -29,8 +29,8 @@ impl<const D: usize> ContactPoint<D> {
             let is_free =
                 |next: &Pair| !(taken(*next) && surface.is_reentrant_pair(self.pair, *next, at));
             let Some(next) = next.filter(is_free) else {
-                if projection.outside > tolerance {
-                    let next = surface.successor(self.pair, at, tolerance);
+                if projection.outside > resolution {
+                    let next = surface.successor(self.pair, at, resolution);
                     let Some((next, is_swapped)) = next.filter(|(next, _)| !taken(*next)) else {
                         return false;
                     };

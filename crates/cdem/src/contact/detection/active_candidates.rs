@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::contact::detection::candidates::{BlockTravel, Candidate};
+use crate::contact::detection::candidates::{Candidate, Travel};
 use crate::contact::tolerances::{
     ACTIVE_MARGIN, ACTIVE_STEPS, BOUND_CHECKS_PER_TASK, CULLING_RATE,
 };
@@ -14,9 +14,9 @@ pub(crate) struct ActiveCandidates {
     pub(super) numbers: Vec<u32>,
     /// The same numbers by chunks of [`BOUND_CHECKS_PER_TASK`] candidates, kept for their storage.
     parts: Vec<Vec<u32>>,
-    /// Travel bounds of the blocks when the list was made, and the further travel for which it
-    /// serves, m. Empty before the first list.
-    then: Vec<BlockTravel>,
+    /// Travels of the blocks when the list was made, and the further travel for which it serves, m.
+    /// Empty before the first list.
+    then: Vec<Travel>,
     serves: f64,
 }
 
@@ -26,20 +26,16 @@ impl ActiveCandidates {
         self.then.clear();
     }
 
-    /// Selects the active ones of all `candidates`, for these `travel_bounds` of the blocks and
-    /// the `largest_motion_bound` of a block, m.
-    pub(super) fn select(
-        &mut self,
-        candidates: &[Candidate],
-        travel_bounds: &[BlockTravel],
-        largest_motion_bound: f64,
-    ) {
-        let serves = ACTIVE_STEPS * largest_motion_bound;
+    /// Selects the active ones of all `candidates`, for these `travels` of the blocks.
+    pub(super) fn select(&mut self, candidates: &[Candidate], travels: &[Travel], resolution: f64) {
+        let largest = travels.iter().map(|of| of.motion).fold(0.0, f64::max);
+        let serves = ACTIVE_STEPS * largest;
+        // Either block may travel on.
+        let further = 2.0 * ACTIVE_MARGIN * serves;
         let select = |(part, (numbers, candidates)): (usize, (&mut Vec<u32>, &[Candidate]))| {
             let may_be = |candidate: &Candidate| {
-                let [a, b] = candidate.blocks.map(|block| travel_bounds[block as usize]);
-                let [far, other] = [a, b].map(|bounds| bounds.further(ACTIVE_MARGIN * serves));
-                a.travel + b.travel <= candidate.near_until || candidate.may_be_near(far, other)
+                let travel = Travel::together(candidate.blocks.map(|b| travels[b as usize]));
+                !candidate.is_apart(travel, further, resolution)
             };
             let numbered = ((part * BOUND_CHECKS_PER_TASK) as u32..).zip(candidates);
             let some = numbered.filter(|(_, candidate)| may_be(candidate));
@@ -53,28 +49,16 @@ impl ActiveCandidates {
         self.numbers.clear();
         self.numbers.extend(self.parts.iter().flatten());
         self.then.clear();
-        self.then.extend(travel_bounds);
+        self.then.extend(travels);
         self.serves = serves;
     }
 
-    /// Returns true if the list contains all candidates that may be near for these
-    /// `travel_bounds`.
-    pub(super) fn is_valid_for(&self, travel_bounds: &[BlockTravel]) -> bool {
-        let is_valid = |(now, then): (&BlockTravel, &BlockTravel)| {
-            now.distance - then.distance <= self.serves
-                && now.turning - then.turning <= CULLING_RATE * self.serves
+    /// Returns true if the list contains all candidates that may be near for these `travels`.
+    pub(super) fn is_valid_for(&self, travels: &[Travel]) -> bool {
+        let is_valid = |(now, then): (&Travel, &Travel)| {
+            now.reach() - then.reach() <= self.serves
+                && now.turning() - then.turning() <= CULLING_RATE * self.serves
         };
-        self.then.len() == travel_bounds.len() && travel_bounds.iter().zip(&self.then).all(is_valid)
-    }
-}
-
-impl BlockTravel {
-    /// Returns the bounds after a further travel of the block by `travel`, m.
-    fn further(self, travel: f64) -> Self {
-        Self {
-            travel: self.travel,
-            distance: self.distance + travel,
-            turning: self.turning + CULLING_RATE * travel,
-        }
+        self.then.len() == travels.len() && travels.iter().zip(&self.then).all(is_valid)
     }
 }

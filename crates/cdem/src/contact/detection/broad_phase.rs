@@ -3,15 +3,15 @@
 use rayon::prelude::*;
 
 use crate::contact::detection::candidates::{
-    Candidate, CandidateSearch, MotionBound, SearchContext,
+    BlockMotion, Candidate, CandidateSearch, SearchContext,
 };
 use crate::contact::detection::clusters::{Cluster, Clusters};
 use crate::contact::detection::grid;
 use crate::contact::surface::aabb::Aabb;
 use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::tolerances::{
-    BROAD_PHASE_STEPS, BROAD_PHASE_STEPS_AT_REST, CANDIDATES_PER_TASK, CLUSTERS_PER_TASK,
-    DISTANCE_KEPT,
+    BOUND_SLACK, BROAD_PHASE_STEPS, BROAD_PHASE_STEPS_AT_REST, CANDIDATES_PER_TASK,
+    CLUSTERS_PER_TASK,
 };
 
 /// Boxes around the features of a cluster, grown, in the order of [`Cluster::features`].
@@ -26,70 +26,35 @@ impl<const D: usize> CandidateSearch<D> {
         may_meet: &impl Fn([u32; 2]) -> bool,
     ) {
         let moving = blocks.fixed.iter().filter(|&&fixed| !fixed).count().max(1);
-        let motion_bounds = self.blocks.iter().map(|bound| bound.motion_bound);
+        let motion_bounds = self.blocks.iter().map(|block| block.motion_bound);
         let mean = motion_bounds.sum::<f64>() / moving as f64;
-        let least = (BROAD_PHASE_STEPS * mean).max(BROAD_PHASE_STEPS_AT_REST * blocks.tolerance);
-        for (bound, &fixed) in self.blocks.iter_mut().zip(blocks.fixed) {
-            *bound = MotionBound {
-                motion_bound: bound.motion_bound,
+        let least = (BROAD_PHASE_STEPS * mean).max(BROAD_PHASE_STEPS_AT_REST * blocks.resolution);
+        for (block, &fixed) in self.blocks.iter_mut().zip(blocks.fixed) {
+            *block = BlockMotion {
+                motion_bound: block.motion_bound,
+                travel: 0.0,
                 allowance: if fixed {
                     0.0
                 } else {
-                    least.max(BROAD_PHASE_STEPS * bound.motion_bound)
+                    least.max(BROAD_PHASE_STEPS * block.motion_bound)
                 },
-                ..MotionBound::default()
             };
         }
-        self.origin.clear();
-        let nodes = 0..blocks.block_of.len() as u32;
-        self.origin.extend(nodes.map(|node| at.at(node)));
-        self.last.clone_from(&self.origin);
         let allowance = |block: u32| self.blocks[block as usize].allowance;
-        let margin = |block| DISTANCE_KEPT * (allowance(block) + 0.5 * blocks.tolerance);
+        let resolution = (1.0 + BOUND_SLACK) * blocks.resolution;
+        let margin = |block| allowance(block) + 0.5 * resolution;
         let clusters = blocks.clusters;
         let cache = blocks.surface.geometry_cache(clusters.features(), None);
         let at = at.with(cache.as_ref());
         let pairs = clusters.overlapping(blocks.surface, at, &margin, may_meet);
         let pairs = pairs.into_par_iter().with_min_len(CANDIDATES_PER_TASK);
-        let candidates = pairs.map(|pair| Candidate {
-            pair,
-            blocks: blocks.of(pair),
-            far_until: blocks.surface.distance_lower_bound(pair, at),
-            excluded_until: 0.0,
-            near_until: -1.0,
+        let candidates = pairs.filter_map(|pair| {
+            let (of, distance) = (blocks.of(pair), blocks.surface.distance(pair, at));
+            let [a, b] = of.map(margin);
+            (distance <= a + b).then(|| Candidate::new(pair, of, distance))
         });
-        let within = |candidate: &Candidate| {
-            let [a, b] = candidate.blocks.map(margin);
-            candidate.far_until <= a + b
-        };
-        self.candidates = candidates.filter(within).collect();
-        self.list_candidates();
-    }
-
-    /// Lists the candidates by main feature and by block.
-    pub(super) fn list_candidates(&mut self) {
-        self.workspace.active_candidates.forget();
-        let mains = self.candidates.last().map_or(0, |last| last.pair.main + 1);
-        let main = |candidate: &Candidate| candidate.pair.main as usize;
-        self.workspace.of_main = starts(self.candidates.iter().map(main), mains as usize);
-        let blocks = |candidate: &Candidate| candidate.blocks.map(|block| block as usize);
-        let all = self.candidates.iter().flat_map(blocks);
-        self.workspace.block_start = starts(all, self.blocks.len());
-        let mut next = self.workspace.block_start.clone();
-        self.workspace.of_block.clear();
-        self.workspace.of_block.resize(2 * self.candidates.len(), 0);
-        for (number, candidate) in (0..).zip(&self.candidates) {
-            for block in blocks(candidate) {
-                self.workspace.of_block[next[block] as usize] = number;
-                next[block] += 1;
-            }
-        }
-    }
-
-    /// Returns the numbers of the candidates of a block.
-    pub(super) fn candidates_of(&self, block: usize) -> &[u32] {
-        &self.workspace.of_block[self.workspace.block_start[block] as usize
-            ..self.workspace.block_start[block + 1] as usize]
+        self.candidates = candidates.collect();
+        self.active_candidates.forget();
     }
 }
 
@@ -178,17 +143,4 @@ impl Cluster {
         };
         self.features.iter().map(of_family).collect()
     }
-}
-
-/// Returns the index of the first item of each of `count` owners in a list sorted by owner, and the
-/// end of the list.
-fn starts(owners: impl Iterator<Item = usize>, count: usize) -> Vec<u32> {
-    let mut start = vec![0; count + 1];
-    for owner in owners {
-        start[owner + 1] += 1;
-    }
-    for owner in 0..count {
-        start[owner + 1] += start[owner];
-    }
-    start
 }

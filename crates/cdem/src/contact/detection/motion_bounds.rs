@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::contact::detection::candidates::{
-    BoundCheck, CandidateSearch, SearchContext, SearchWorkspace,
+    BoundCheck, CandidateSearch, SearchContext, SearchLists, Travel,
 };
 use crate::contact::surface::Configuration;
 use crate::contact::tolerances::BOUND_CHECKS_PER_TASK;
@@ -14,14 +14,14 @@ impl<const D: usize> CandidateSearch<D> {
     /// candidates of blocks with an increased bound again, until no bound increases.
     pub(super) fn spread_motion_bounds(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         let count = self.blocks.len();
-        let SearchWorkspace {
+        let SearchLists {
             block_sets,
             set_motion_bounds,
             ..
-        } = &mut self.workspace;
+        } = &mut self.lists;
         block_sets.reset(count);
         set_motion_bounds.clear();
-        set_motion_bounds.extend(self.blocks.iter().map(|bound| bound.motion_bound));
+        set_motion_bounds.extend(self.blocks.iter().map(|block| block.motion_bound));
         let mut joined = 0;
         while joined < self.found.len() {
             self.list_blocks_near(joined);
@@ -36,12 +36,12 @@ impl<const D: usize> CandidateSearch<D> {
 
     /// Joins the listed blocks that move, and gives each set its largest motion bound.
     fn join_near(&mut self, fixed: &[bool]) {
-        let SearchWorkspace {
+        let SearchLists {
             block_sets,
             set_motion_bounds,
             near_blocks,
             ..
-        } = &mut self.workspace;
+        } = &mut self.lists;
         for of in near_blocks {
             if of.iter().all(|&block| !fixed[block as usize]) {
                 let [a, b] = of.map(|block| set_motion_bounds[block_sets.root(block) as usize]);
@@ -55,13 +55,13 @@ impl<const D: usize> CandidateSearch<D> {
     /// Gives the listed blocks the largest motion bound of their set. Returns true if any bound
     /// increases.
     fn raise(&mut self) -> bool {
-        let SearchWorkspace {
+        let SearchLists {
             block_sets,
             set_motion_bounds,
             near_blocks,
             raised,
             ..
-        } = &mut self.workspace;
+        } = &mut self.lists;
         raised.clear();
         raised.resize(self.blocks.len(), false);
         for &block in near_blocks.as_flattened() {
@@ -81,29 +81,34 @@ impl<const D: usize> CandidateSearch<D> {
             .par_iter()
             .with_min_len(BOUND_CHECKS_PER_TASK);
         let blocks = found.map(|&number| self.candidates[number as usize].blocks);
-        blocks.collect_into_vec(&mut self.workspace.near_blocks);
-        self.workspace.near_blocks.dedup();
+        blocks.collect_into_vec(&mut self.lists.near_blocks);
+        self.lists.near_blocks.dedup();
     }
 
     /// Tests the candidates of blocks with an increased motion bound that have not been near.
     fn retest_raised(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
-        self.update_travel_bounds(blocks.tolerance);
-        let SearchWorkspace {
-            travel_bounds,
+        self.update_travels(blocks.resolution);
+        let Self {
+            candidates,
+            is_near,
+            active_candidates,
+            lists,
+            ..
+        } = self;
+        let SearchLists {
+            travels,
             raised,
             bound_checks,
             open,
-            active_candidates,
-            is_near,
             ..
-        } = &mut self.workspace;
+        } = lists;
         let is_open = |number: &u32| {
-            let candidate = &self.candidates[*number as usize];
-            let [a, b] = candidate.blocks.map(|block| travel_bounds[block as usize]);
+            let candidate = &candidates[*number as usize];
+            let travel = Travel::together(candidate.blocks.map(|block| travels[block as usize]));
             let mut of = candidate.blocks.iter();
             of.any(|&block| raised[block as usize])
                 && !is_near[*number as usize]
-                && candidate.may_be_near(a, b)
+                && !candidate.is_apart(travel, 0.0, blocks.resolution)
         };
         let some = active_candidates.numbers.par_chunks(BOUND_CHECKS_PER_TASK);
         bound_checks.resize_with(some.len(), BoundCheck::default);

@@ -82,8 +82,8 @@ impl OpenPair {
 
 impl SeparationBounds {
     /// Makes an empty list for an island of these sorted `nodes`. Pairs no farther apart than
-    /// `within`, m, are always tested; it is the tolerance or more.
-    pub(crate) fn new(nodes: &[u32], block_of: &[u32], tolerance: f64, within: f64) -> Self {
+    /// `within`, m, are always tested; it is the resolution or more.
+    pub(crate) fn new(nodes: &[u32], block_of: &[u32], resolution: f64, within: f64) -> Self {
         let body = |block, nodes| IslandBlock {
             block,
             nodes,
@@ -102,8 +102,8 @@ impl SeparationBounds {
             before: Vec::new(),
             passed: 0,
             blocks: bodies,
-            within: within + SEPARATION_ROUND_OFF * tolerance,
-            longest: STALE_TRAVEL * tolerance,
+            within: within + SEPARATION_ROUND_OFF * resolution,
+            longest: STALE_TRAVEL * resolution,
             active: Vec::new(),
             serves: -1.0,
         }

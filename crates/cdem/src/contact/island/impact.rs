@@ -208,7 +208,7 @@ impl<const D: usize> Island<D> {
         for (contact, constraint) in self.contact_points.iter().zip(constraints) {
             let projection = context.surface.project(contact.pair, then.into());
             let miss = projection.gap - contact.offset[0];
-            if miss < -GAP_ERROR * context.tolerance && projection.outside <= context.tolerance {
+            if miss < -GAP_ERROR * context.resolution && projection.outside <= context.resolution {
                 let within = if contact.is_new {
                     remaining
                 } else {

@@ -199,13 +199,13 @@ impl<const D: usize> Island<D> {
         let drift = kick.span.drift;
         let least = context.least_speed(drift);
         let (moves, at) = (&*motion.velocity, motion.positions());
-        // An open pair deeper than the contact tolerance would not be found again.
-        let is_deep = |pair: Pair| context.surface.project(pair, at).gap < -context.tolerance;
+        // An open pair deeper than the contact resolution would not be found again.
+        let is_deep = |pair: Pair| context.surface.project(pair, at).gap < -context.resolution;
         let mut solved = workspace.constraints.iter();
         self.contact_points.retain(|contact| {
             let is_released = solved.next().is_some_and(|constraint| {
                 constraint.opens(moves, least)
-                    && contact.is_apart_after(constraint, moves, drift, context.tolerance)
+                    && contact.is_apart_after(constraint, moves, drift, context.resolution)
                     && !is_deep(contact.pair)
             });
             if is_released {
@@ -442,15 +442,15 @@ impl<const D: usize> Island<D> {
         drift: f64,
         workspace: &mut KickWorkspace<D>,
     ) -> bool {
-        let (surface, tolerance) = (context.surface, context.tolerance);
+        let (surface, resolution) = (context.surface, context.resolution);
         let then = motion.positions().after(motion.velocity, drift);
         let gap_error = |(contact, constraint): (&ContactPoint<D>, &Constraint<D>)| {
             // Edges that have become parallel have no gap.
             let gap = surface.gap(contact.pair, then, &constraint.jacobian.frame[0]);
             let gap_error = gap.map_or(0.0, |gap| gap - contact.offset[0]);
             let sinks = || {
-                gap_error < -GAP_ERROR * tolerance
-                    && surface.project(contact.pair, then).outside <= tolerance
+                gap_error < -GAP_ERROR * resolution
+                    && surface.project(contact.pair, then).outside <= resolution
             };
             if constraint.impulse[0] > 0.0 || sinks() {
                 gap_error
@@ -461,7 +461,7 @@ impl<const D: usize> Island<D> {
         let pairs = self.contact_points.par_iter().zip(&workspace.constraints);
         let gap_errors = pairs.with_min_len(CONTACTS_PER_TASK).map(gap_error);
         gap_errors.collect_into_vec(&mut workspace.gap_errors);
-        let is_far = |gap_error: &f64| gap_error.abs() > GAP_ERROR * context.tolerance;
+        let is_far = |gap_error: &f64| gap_error.abs() > GAP_ERROR * context.resolution;
         workspace.gap_errors.iter().any(is_far)
     }
 }

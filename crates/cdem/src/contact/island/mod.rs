@@ -108,8 +108,8 @@ impl<const D: usize> Island<D> {
                 let at = motion.positions();
                 let then = at.after(motion.velocity, (instant - now.elapsed).max(0.0));
                 let projection = context.surface.project(pair, then.into());
-                projection.gap <= EARLY_GAP * context.tolerance
-                    && projection.outside <= context.tolerance
+                projection.gap <= EARLY_GAP * context.resolution
+                    && projection.outside <= context.resolution
             };
             let Some((instant, pairs)) = touches.take_first(window, close) else {
                 break;
@@ -255,7 +255,7 @@ impl<const D: usize> Island<D> {
     ) {
         let (surface, blocks) = (context.surface, context.blocks(pair));
         let projection = surface.project(pair, at);
-        let (kind, area) = surface.classify(pair, at, context.tolerance);
+        let (kind, area) = surface.classify(pair, at, context.resolution);
         let foot = projection.clamped_foot();
         let record = ContactHistory {
             kind,

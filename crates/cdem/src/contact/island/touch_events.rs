@@ -61,7 +61,7 @@ pub(crate) enum ClosureRule {
 }
 
 impl ClosureRule {
-    /// Returns the depth, over the contact tolerance, up to which a pair does not count as
+    /// Returns the depth, over the contact resolution, up to which a pair does not count as
     /// penetrating.
     fn depth(self) -> f64 {
         match self {
@@ -70,7 +70,7 @@ impl ClosureRule {
         }
     }
 
-    /// Returns the gap, over the contact tolerance, above which a pair waits for the next kick
+    /// Returns the gap, over the contact resolution, above which a pair waits for the next kick
     /// if it is too slow to get deep in the drift.
     fn waits_above(self) -> f64 {
         match self {
@@ -326,22 +326,22 @@ fn check_pair<const D: usize>(
     rule: ClosureRule,
     remaining: f64,
 ) -> (PairCheck, Option<f64>) {
-    let (surface, tolerance, at) = (context.surface, context.tolerance, motion.at);
-    let apart = surface.distance_lower_bound(pair, at);
+    let (surface, resolution, at) = (context.surface, context.resolution, motion.at);
+    let apart = surface.distance(pair, at);
     let way = remaining * fastest(surface, motion, pair);
     let end = at.after(motion.velocity, remaining);
-    if apart > tolerance + way || !surface.may_touch_in_drift(pair, at, end) {
+    if apart > resolution + way || !surface.may_touch_in_drift(pair, at, end) {
         return (PairCheck::Touch(TouchState::Never), Some(apart));
     }
-    let is_slow = way <= IGNORED_PENETRATION * tolerance;
+    let is_slow = way <= IGNORED_PENETRATION * resolution;
     let clear = if is_slow {
-        rule.waits_above() * tolerance
+        rule.waits_above() * resolution
     } else {
         f64::INFINITY
     };
     let slack = GapAllowance {
-        within: IGNORED_PENETRATION * tolerance,
-        depth: rule.depth() * tolerance,
+        within: IGNORED_PENETRATION * resolution,
+        depth: rule.depth() * resolution,
         clear,
     };
     let check = if surface.stays_in_contact(pair, motion, remaining, slack) {
@@ -362,9 +362,9 @@ fn touch<const D: usize>(
     span: f64,
     now: DriftProgress,
 ) -> TouchState {
-    let (surface, tolerance, at) = (context.surface, context.tolerance, motion.at);
+    let (surface, resolution, at) = (context.surface, context.resolution, motion.at);
     let remaining = now.remaining();
-    let wait = surface.time_of_impact(pair, motion, span, tolerance);
+    let wait = surface.time_of_impact(pair, motion, span, resolution);
     let Some(wait) = wait else {
         return TouchState::Never;
     };
@@ -390,10 +390,11 @@ fn owning_pair<'a, const D: usize>(
     drift_interval: DriftInterval<D>,
     later: Configuration<D>,
 ) -> Option<Pair> {
-    let (surface, tolerance, then) = (context.surface, context.tolerance, drift_interval.at_touch);
+    let (surface, resolution, then) =
+        (context.surface, context.resolution, drift_interval.at_touch);
     let point = surface.point(pair, then);
     let is_here = |contact: &ContactPoint<D>| {
-        norm(&sub(&surface.point(contact.pair, then), &point)) <= tolerance
+        norm(&sub(&surface.point(contact.pair, then), &point)) <= resolution
     };
     // Contacts at the same point come first: this test costs less.
     let mut gap = None;
@@ -402,7 +403,7 @@ fn owning_pair<'a, const D: usize>(
             || is_here(contact) && {
                 let held = surface.project(contact.pair, later);
                 let gap = gap.get_or_insert_with(|| surface.project(pair, later).gap);
-                held.outside <= tolerance
+                held.outside <= resolution
                     && held.gap >= *gap
                     && !surface.is_reentrant_pair(contact.pair, pair, then)
                     && !contact.leaves_uncovered(context, pair, drift_interval)
@@ -411,7 +412,7 @@ fn owning_pair<'a, const D: usize>(
     if beside.clone().any(excludes) {
         return None;
     }
-    let best = select_feature_pair(surface, pair, [then, later], tolerance, |_| true);
+    let best = select_feature_pair(surface, pair, [then, later], resolution, |_| true);
     let is_duplicate = |contact: &ContactPoint<D>| {
         best.is_some_and(|best| contact.is_duplicate_of(context, best, drift_interval))
     };
@@ -429,7 +430,7 @@ fn owning_pair<'a, const D: usize>(
     if held.is_empty() {
         return None;
     }
-    select_feature_pair(surface, pair, [then, later], tolerance, is_left)
+    select_feature_pair(surface, pair, [then, later], resolution, is_left)
 }
 
 /// Returns a bound of the speed at which nodes of the two features approach, m/s: the largest

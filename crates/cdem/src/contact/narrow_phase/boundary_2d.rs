@@ -13,34 +13,34 @@ use crate::math::vector::{add, cross2, dot, norm, scale, sub};
 
 impl Boundary2d {
     /// Returns true if an edge of the main vertex lies on the target edge over more than
-    /// `tolerance`.
-    pub(crate) fn lies_flush(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> bool {
+    /// `resolution`.
+    pub(crate) fn lies_flush(&self, pair: Pair, at: Configuration<2>, resolution: f64) -> bool {
         let own = self.vertices[pair.main as usize]
             .edges
             .into_iter()
             .flatten();
         own.into_iter()
-            .any(|edge| self.overlap(edge, pair.target, at, tolerance) > tolerance)
+            .any(|edge| self.overlap(edge, pair.target, at, resolution) > resolution)
     }
 
     /// Returns half the length over which the edges of the main vertex lie flush on the target
     /// edge, m. The other half belongs to the other end of the overlap.
-    pub(crate) fn flush_share(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> f64 {
+    pub(crate) fn flush_share(&self, pair: Pair, at: Configuration<2>, resolution: f64) -> f64 {
         let Some(own) = self.vertices[pair.main as usize].edges else {
             return 0.0;
         };
         let mut targets = vec![pair.target];
         let foot = self.project(pair, at).foot[0] * self.target_size(pair.target, at);
         let length = self.target_size(pair.target, at);
-        if foot < tolerance {
+        if foot < resolution {
             targets.extend(self.next(pair.target, false));
-        } else if foot > length - tolerance {
+        } else if foot > length - resolution {
             targets.extend(self.next(pair.target, true));
         }
         let mut share = 0.0;
         for &target in &targets {
             for &edge in &own {
-                share += 0.5 * self.overlap(edge, target, at, tolerance);
+                share += 0.5 * self.overlap(edge, target, at, resolution);
             }
         }
         share
@@ -52,7 +52,7 @@ impl Boundary2d {
         one: u32,
         other: u32,
         at: Configuration<2>,
-        tolerance: f64,
+        resolution: f64,
     ) -> f64 {
         let along = self.direction(other, at);
         if cross2(&self.direction(one, at), &along).abs() > FLUSH
@@ -67,7 +67,7 @@ impl Boundary2d {
         // Flush edges must also be near each other where they overlap.
         let middle = scale(0.5, &add(&p, &q));
         let gap = dot(&sub(&middle, &a), &self.outward(other, at));
-        if high <= low || gap.abs() > tolerance + FLUSH * norm(&sub(&q, &p)) {
+        if high <= low || gap.abs() > resolution + FLUSH * norm(&sub(&q, &p)) {
             return 0.0;
         }
         high - low
@@ -75,15 +75,15 @@ impl Boundary2d {
 }
 
 impl Distance<2> for Boundary2d {
-    fn distance_lower_bound(&self, pair: Pair, at: Configuration<2>) -> f64 {
+    fn distance(&self, pair: Pair, at: Configuration<2>) -> f64 {
         let Projection { gap, outside, .. } = self.project(pair, at);
         norm(&[gap, outside.max(0.0)])
     }
 
-    fn can_transmit_load(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> bool {
+    fn can_transmit_load(&self, pair: Pair, at: Configuration<2>, resolution: f64) -> bool {
         let foot = self.project(pair, at).foot[0];
         let from_end = foot.min(1.0 - foot) * self.target_size(pair.target, at);
-        from_end > tolerance || self.lies_flush(pair, at, tolerance)
+        from_end > resolution || self.lies_flush(pair, at, resolution)
     }
 
     fn is_reentrant_pair(&self, one: Pair, other: Pair, at: Configuration<2>) -> bool {
@@ -139,7 +139,7 @@ impl Distance<2> for Boundary2d {
         norm(&sub(&b, &a))
     }
 
-    fn same_contact(&self, one: Pair, other: Pair, at: Configuration<2>, tolerance: f64) -> bool {
+    fn same_contact(&self, one: Pair, other: Pair, at: Configuration<2>, resolution: f64) -> bool {
         let (n, m) = (self.outward(one.target, at), self.outward(other.target, at));
         let flush = cross2(&n, &m).abs() <= FLUSH;
         if one.main == other.main {
@@ -158,15 +158,15 @@ impl Distance<2> for Boundary2d {
             && norm(&sub(
                 &at.at(self.main_node(one)),
                 &at.at(self.main_node(other)),
-            )) <= tolerance
+            )) <= resolution
     }
 }
 
 impl ContactGeometry<2> for Boundary2d {
-    fn adjacent_pairs(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> Pairs {
+    fn adjacent_pairs(&self, pair: Pair, at: Configuration<2>, resolution: f64) -> Pairs {
         let foot = self.project(pair, at).foot[0];
         let length = self.target_size(pair.target, at);
-        if foot.min(1.0 - foot) * length > tolerance {
+        if foot.min(1.0 - foot) * length > resolution {
             return Pairs::new();
         }
         // Each corner with both edges at the other corner.
@@ -278,8 +278,8 @@ impl ContactGeometry<2> for Boundary2d {
         Some((pair, [foot, 0.0]))
     }
 
-    fn classify(&self, pair: Pair, at: Configuration<2>, tolerance: f64) -> (ContactKind, f64) {
-        let share = self.flush_share(pair, at, tolerance);
+    fn classify(&self, pair: Pair, at: Configuration<2>, resolution: f64) -> (ContactKind, f64) {
+        let share = self.flush_share(pair, at, resolution);
         let foot = self.project(pair, at).foot[0];
         let length = self.target_size(pair.target, at);
         let is_corner = |next: u32| {
@@ -287,9 +287,9 @@ impl ContactGeometry<2> for Boundary2d {
             cross2(&one, &other).abs() > FLUSH || dot(&one, &other) < 0.0
         };
         // Edges that are only collinear overlap by round-off.
-        let kind = if share > 0.5 * tolerance {
+        let kind = if share > 0.5 * resolution {
             ContactKind::EdgeEdge
-        } else if foot.min(1.0 - foot) * length <= tolerance
+        } else if foot.min(1.0 - foot) * length <= resolution
             && self.next(pair.target, foot > 0.5).is_none_or(is_corner)
         {
             ContactKind::VertexVertex

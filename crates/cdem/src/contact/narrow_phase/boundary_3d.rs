@@ -8,8 +8,8 @@ use crate::contact::narrow_phase::point_triangle::{self, PointTriangle};
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{
-    Configuration, ContactGeometry, ContactJacobian, CullingRange, CullingResult, Distance,
-    JacobianAnchor, MaterialPoint, Pair, Pairs, Projection,
+    Configuration, ContactGeometry, ContactJacobian, Distance, JacobianAnchor, MaterialPoint, Pair,
+    Pairs, Projection,
 };
 use crate::contact::tolerances::FLUSH;
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
@@ -38,7 +38,7 @@ impl Boundary3d {
 
     pub(crate) fn lines(&self, main: u32, target: u32, at: Configuration<3>) -> Option<LinePair> {
         let [main, target] = [main, target].map(|edge| self.triangulation.edge(edge, at));
-        LinePair::new(&main, &target, self.triangulation.tolerance)
+        LinePair::new(&main, &target, self.triangulation.resolution)
     }
 
     /// Returns a direction out of the target edge and into the main edge.
@@ -84,7 +84,7 @@ impl Boundary3d {
 }
 
 impl Distance<3> for Boundary3d {
-    fn distance_lower_bound(&self, pair: Pair, at: Configuration<3>) -> f64 {
+    fn distance(&self, pair: Pair, at: Configuration<3>) -> f64 {
         match self.feature_pair(pair) {
             FeaturePair::PointTriangle { vertex, triangle } => {
                 let p = self.triangulation.point(vertex, at);
@@ -97,17 +97,17 @@ impl Distance<3> for Boundary3d {
         }
     }
 
-    fn cull(&self, pair: Pair, at: Configuration<3>, range: CullingRange) -> CullingResult {
+    fn exclusion(&self, pair: Pair, at: Configuration<3>, resolution: f64) -> f64 {
         match self.feature_pair(pair) {
-            FeaturePair::PointTriangle { .. } => self.cull_point_triangle(pair, at, range),
+            FeaturePair::PointTriangle { .. } => self.exclusion_of_point(pair, at, resolution),
             FeaturePair::EdgeEdge { main, target } => {
-                self.cull_edge_edge([main, target], at, range)
+                self.exclusion_of_edges([main, target], at, resolution)
             }
         }
     }
 
-    fn can_transmit_load(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> bool {
-        let places = FeatureSet::both(self, pair, at, tolerance);
+    fn can_transmit_load(&self, pair: Pair, at: Configuration<3>, resolution: f64) -> bool {
+        let places = FeatureSet::both(self, pair, at, resolution);
         let on_face = || {
             matches!(
                 FeatureSet::kind(self, pair, &places, at),
@@ -236,7 +236,7 @@ impl Distance<3> for Boundary3d {
         }
     }
 
-    fn same_contact(&self, one: Pair, other: Pair, at: Configuration<3>, tolerance: f64) -> bool {
+    fn same_contact(&self, one: Pair, other: Pair, at: Configuration<3>, resolution: f64) -> bool {
         let (blocks, mut others) = (self.blocks(one), self.blocks(other));
         let swapped = blocks != others;
         others.reverse();
@@ -244,7 +244,7 @@ impl Distance<3> for Boundary3d {
             return false;
         }
         let apart = sub(&self.point(one, at), &self.point(other, at));
-        if norm(&apart) > tolerance {
+        if norm(&apart) > resolution {
             return false;
         }
         let [Some(normal), Some(second)] = [one, other].map(|pair| self.normal(pair, at)) else {
@@ -270,8 +270,8 @@ impl Distance<3> for Boundary3d {
 }
 
 impl ContactGeometry<3> for Boundary3d {
-    fn adjacent_pairs(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> Pairs {
-        FeatureSet::pairs(self, pair, at, tolerance)
+    fn adjacent_pairs(&self, pair: Pair, at: Configuration<3>, resolution: f64) -> Pairs {
+        FeatureSet::pairs(self, pair, at, resolution)
     }
 
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<3>) -> Option<Pair> {
@@ -283,11 +283,11 @@ impl ContactGeometry<3> for Boundary3d {
         }
     }
 
-    fn successor(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> Option<(Pair, bool)> {
+    fn successor(&self, pair: Pair, at: Configuration<3>, resolution: f64) -> Option<(Pair, bool)> {
         match self.feature_pair(pair) {
             FeaturePair::PointTriangle { .. } => None,
             FeaturePair::EdgeEdge { main, target } => {
-                self.end_on_face([main, target], at, tolerance)
+                self.end_on_face([main, target], at, resolution)
             }
         }
     }
@@ -336,11 +336,11 @@ impl ContactGeometry<3> for Boundary3d {
         self.find_material_points(marks, nodes, rest)
     }
 
-    fn classify(&self, pair: Pair, at: Configuration<3>, tolerance: f64) -> (ContactKind, f64) {
-        let places = FeatureSet::both(self, pair, at, tolerance);
+    fn classify(&self, pair: Pair, at: Configuration<3>, resolution: f64) -> (ContactKind, f64) {
+        let places = FeatureSet::both(self, pair, at, resolution);
         (
             FeatureSet::kind(self, pair, &places, at),
-            self.tributary_area(pair, &places, at, tolerance),
+            self.tributary_area(pair, &places, at, resolution),
         )
     }
 }

@@ -13,7 +13,7 @@ use crate::contact::surface::{Configuration, Distance, Pair, Pairs};
 use crate::contact::tolerances::FLUSH;
 use crate::math::vector::{add, cross, dot, norm, scale, sub};
 
-/// The features of one block within the tolerance of a contact point.
+/// The features of one block within the resolution of a contact point.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FeatureSet {
     vertex: Option<u32>,
@@ -55,11 +55,12 @@ impl FeatureSet {
         edge: u32,
         foot: f64,
         at: Configuration<3>,
-        tolerance: f64,
+        resolution: f64,
     ) -> Self {
         let length = boundary.length(edge, at);
         let end = boundary.triangulation.edges[edge as usize].ends[usize::from(foot > 0.5)];
-        if foot.min(1.0 - foot) * length <= tolerance && end < boundary.triangulation.vertex_count {
+        if foot.min(1.0 - foot) * length <= resolution && end < boundary.triangulation.vertex_count
+        {
             return Self::at_vertex(boundary, end, at);
         }
         let sides = boundary.triangulation.edges[edge as usize].sides;
@@ -75,7 +76,7 @@ impl FeatureSet {
         boundary: &Boundary3d,
         pair: Pair,
         at: Configuration<3>,
-        tolerance: f64,
+        resolution: f64,
     ) -> Self {
         let (vertex, triangle) = (pair.main, pair.target);
         let facing = boundary.point_triangle(vertex, triangle, at);
@@ -83,7 +84,7 @@ impl FeatureSet {
         let own = &boundary.triangulation.triangles[triangle as usize];
         let is_near = |corner: u32| {
             let apart = sub(&boundary.triangulation.point(corner, at), &foot);
-            corner < boundary.triangulation.vertex_count && norm(&apart) <= 2.0 * tolerance
+            corner < boundary.triangulation.vertex_count && norm(&apart) <= 2.0 * resolution
         };
         if let Some(corner) = own.corners.into_iter().find(|&corner| is_near(corner)) {
             return Self::at_vertex(boundary, corner, at);
@@ -92,7 +93,7 @@ impl FeatureSet {
             triangles: smallvec![triangle],
             ..Self::default()
         };
-        for k in (0..3).filter(|&k| facing.inside(k) <= tolerance) {
+        for k in (0..3).filter(|&k| facing.inside(k) <= resolution) {
             place
                 .triangles
                 .extend(boundary.triangulation.across(triangle, k));
@@ -108,20 +109,20 @@ impl FeatureSet {
         boundary: &Boundary3d,
         pair: Pair,
         at: Configuration<3>,
-        tolerance: f64,
+        resolution: f64,
     ) -> [Self; 2] {
         match boundary.feature_pair(pair) {
             FeaturePair::PointTriangle { vertex, .. } => [
                 Self::at_vertex(boundary, vertex, at),
-                Self::on_triangle(boundary, pair, at, tolerance),
+                Self::on_triangle(boundary, pair, at, resolution),
             ],
             FeaturePair::EdgeEdge { main, target } => {
                 let foot = boundary
                     .edge_edge(main, target, at)
                     .map_or([0.5; 2], |c| c.foot);
                 [
-                    Self::on_edge(boundary, main, foot[0], at, tolerance),
-                    Self::on_edge(boundary, target, foot[1], at, tolerance),
+                    Self::on_edge(boundary, main, foot[0], at, resolution),
+                    Self::on_edge(boundary, target, foot[1], at, resolution),
                 ]
             }
         }
@@ -133,9 +134,9 @@ impl FeatureSet {
         boundary: &Boundary3d,
         pair: Pair,
         at: Configuration<3>,
-        tolerance: f64,
+        resolution: f64,
     ) -> Pairs {
-        let [main, target] = Self::both(boundary, pair, at, tolerance);
+        let [main, target] = Self::both(boundary, pair, at, resolution);
         let mut pairs = Pairs::new();
         for (one, other) in [(&main, &target), (&target, &main)] {
             if let Some(vertex) = one.vertex {

@@ -37,12 +37,12 @@ pub(crate) struct LinePair {
 }
 
 impl LinePair {
-    /// Returns the lines through two edges, for contact within `tolerance`, m; `None` if they are
+    /// Returns the lines through two edges, for contact within `resolution`, m; `None` if they are
     /// parallel.
     pub(crate) fn new(
         main: &[[f64; 3]; 2],
         target: &[[f64; 3]; 2],
-        tolerance: f64,
+        resolution: f64,
     ) -> Option<Self> {
         let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
         let area = cross(&along, &other);
@@ -50,7 +50,7 @@ impl LinePair {
         let lengths = [norm(&along), norm(&other)];
         let sine = size / (lengths[0] * lengths[1]);
         let aside = sine * f64::min(lengths[0], lengths[1]);
-        if aside <= CLOSE_TO_PARALLEL * tolerance || sine <= PARALLEL_SINE {
+        if aside <= CLOSE_TO_PARALLEL * resolution || sine <= PARALLEL_SINE {
             return None;
         }
         let from = sub(&main[0], &target[0]);

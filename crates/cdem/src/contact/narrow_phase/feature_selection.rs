@@ -6,7 +6,7 @@ use crate::contact::tolerances::{FLUSH, IGNORED_PENETRATION};
 use crate::math::vector::{add_scaled, dot, norm, sub};
 
 /// Returns the feature pair of a touch of `pair` at the positions `at`. The candidates touch within
-/// `tolerance`, m, of the point of `pair`, and pass the normal-cone test and `may`. Among those
+/// `resolution`, m, of the point of `pair`, and pass the normal-cone test and `may`. Among those
 /// with the least penetration now, the result has the least penetration at the positions `then`.
 /// Only one pair is taken, because two of different normals would lock corners sideways.
 ///
@@ -16,14 +16,14 @@ pub(crate) fn select_feature_pair<const D: usize>(
     surface: &dyn Surface<D>,
     pair: Pair,
     [at, then]: [Configuration<D>; 2],
-    tolerance: f64,
+    resolution: f64,
     may: impl Fn(Pair) -> bool,
 ) -> Option<Pair> {
-    let slack = IGNORED_PENETRATION * tolerance;
-    let mut rivals = competing_pairs(surface, pair, at, tolerance);
+    let slack = IGNORED_PENETRATION * resolution;
+    let mut rivals = competing_pairs(surface, pair, at, resolution);
     rivals.retain(|rival| may(*rival));
     // A block that lands beside a joint may already lie in the side of the next block, within the
-    // tolerance. That is not this touch.
+    // resolution. That is not this touch.
     let now = |pair: Pair| surface.project(pair, at).gap;
     let gaps = rivals.iter().map(|&rival| now(rival));
     let least = gaps.fold(f64::NEG_INFINITY, f64::max) - slack;
@@ -44,7 +44,7 @@ pub(crate) fn select_feature_pair<const D: usize>(
     // The crossing point of nearly parallel edges moves fast. It may leave a corner that goes past,
     // so that pairs near it now are no longer near it then.
     let point = surface.point(pair, then);
-    let stays = |rival: &Pair| norm(&sub(&surface.point(*rival, then), &point)) <= tolerance;
+    let stays = |rival: &Pair| norm(&sub(&surface.point(*rival, then), &point)) <= resolution;
     let mut near = rivals.iter().filter(|rival| stays(rival));
     let sinks = surface.project(pair, then).outside <= 0.0
         && rivals.contains(&pair)
@@ -53,21 +53,21 @@ pub(crate) fn select_feature_pair<const D: usize>(
     sinks.then_some(pair)
 }
 
-/// Returns the pairs that touch within the tolerance of the point of `pair`, itself first.
+/// Returns the pairs that touch within the resolution of the point of `pair`, itself first.
 fn competing_pairs<const D: usize>(
     surface: &dyn Surface<D>,
     pair: Pair,
     at: Configuration<D>,
-    tolerance: f64,
+    resolution: f64,
 ) -> Pairs {
     let touches = |rival: &Pair| {
         let projection = surface.project(*rival, at);
-        projection.gap.abs() <= tolerance
-            && projection.outside <= tolerance
+        projection.gap.abs() <= resolution
+            && projection.outside <= resolution
             && surface.in_normal_cone(*rival, at)
             && !surface.is_reentrant_pair(pair, *rival, at)
     };
-    let beside = surface.adjacent_pairs(pair, at, tolerance).into_iter();
+    let beside = surface.adjacent_pairs(pair, at, resolution).into_iter();
     let others = beside.filter(|rival| *rival != pair && touches(rival));
     let own = surface.in_normal_cone(pair, at).then_some(pair);
     own.into_iter().chain(others).collect()

@@ -42,7 +42,7 @@ impl Boundary3d {
         let [one, other] = [main, target].map(|edge| self.triangulation.edge(edge, at));
         let outward = anchor.along.copied();
         let outward = outward.unwrap_or_else(|| self.outward(main, target, at));
-        let lines = LinePair::new(&one, &other, self.triangulation.tolerance);
+        let lines = LinePair::new(&one, &other, self.triangulation.resolution);
         let crossing = lines.map(|lines| lines.between(&outward));
         let along = sub(&one[1], &one[0]);
         let are_parallel = crossing.is_none();

@@ -209,7 +209,7 @@ impl Boundary3d {
         &self,
         edges: [u32; 2],
         at: Configuration<3>,
-        tolerance: f64,
+        resolution: f64,
     ) -> Option<(Pair, bool)> {
         let crossing = self.edge_edge(edges[0], edges[1], at)?;
         let beyond = |k: usize| {
@@ -227,7 +227,7 @@ impl Boundary3d {
             let pair = Self::face_pair(end, *triangle);
             let normal = self.triangulation.normal(*triangle, at);
             norm(&cross(&normal, &crossing.normal)) <= FLUSH
-                && self.project(pair, at).outside <= tolerance
+                && self.project(pair, at).outside <= resolution
                 && self.in_normal_cone(pair, at)
         };
         let triangle = sides.into_iter().find(bears)?;

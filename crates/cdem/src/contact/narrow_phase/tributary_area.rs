@@ -86,9 +86,9 @@ impl ProjectedFacet {
     }
 
     /// Returns true if a point is a vertex of the facet.
-    fn has_vertex(&self, point: &[f64; 2], tolerance: f64) -> bool {
+    fn has_vertex(&self, point: &[f64; 2], resolution: f64) -> bool {
         let mut corners = self.corners.iter();
-        corners.any(|corner| norm(&sub(corner, point)) <= tolerance)
+        corners.any(|corner| norm(&sub(corner, point)) <= resolution)
     }
 
     /// Returns the sharp edges, from end to end.
@@ -98,21 +98,21 @@ impl ProjectedFacet {
         edges.filter_map(|((&a, &b), &sharp)| sharp.then_some([a, b]))
     }
 
-    fn has_on_sharp_edge(&self, point: &[f64; 2], tolerance: f64) -> bool {
+    fn has_on_sharp_edge(&self, point: &[f64; 2], resolution: f64) -> bool {
         let next = self.corners.iter().cycle().skip(1);
         let mut edges = self.corners.iter().zip(next).zip(&self.sharp);
         edges.any(|((a, b), &sharp)| {
             let along = sub(b, a);
-            sharp && cross2(&along, &sub(point, a)).abs() <= tolerance * norm(&along)
+            sharp && cross2(&along, &sub(point, a)).abs() <= resolution * norm(&along)
         })
     }
 
     /// Returns true if a point lies on the facet.
-    fn holds(&self, point: &[f64; 2], tolerance: f64) -> bool {
+    fn holds(&self, point: &[f64; 2], resolution: f64) -> bool {
         let next = self.corners.iter().cycle().skip(1);
         self.corners.iter().zip(next).all(|(a, b)| {
             let along = sub(b, a);
-            cross2(&along, &sub(point, a)) >= -tolerance * norm(&along)
+            cross2(&along, &sub(point, a)) >= -resolution * norm(&along)
         })
     }
 
@@ -155,7 +155,7 @@ impl Boundary3d {
         pair: Pair,
         places: &[FeatureSet; 2],
         at: Configuration<3>,
-        tolerance: f64,
+        resolution: f64,
     ) -> f64 {
         let Some(facets) = self.facets_of_contact(pair, places, at) else {
             return 0.0;
@@ -175,13 +175,13 @@ impl Boundary3d {
             let beneath = self.overlapping_facets(&one, target, plane, at);
             for other in &beneath {
                 let piece = clip(&one.corners, &other.corners);
-                if area(&piece) <= tolerance * tolerance {
+                if area(&piece) <= resolution * resolution {
                     continue;
                 }
-                sum += area_of_corner(&piece, [&one, other], tolerance).unwrap_or_else(|| {
+                sum += area_of_corner(&piece, [&one, other], resolution).unwrap_or_else(|| {
                     let above = self.overlapping_facets(other, main, plane, at);
                     let sides = [(&one, beneath.as_slice()), (other, above.as_slice())];
-                    let among = touching_weight(sides, &mean(&piece), tolerance);
+                    let among = touching_weight(sides, &mean(&piece), resolution);
                     let weight = match vertex {
                         Some(vertex) => {
                             // The vertex counts as touching, whatever the test says.
@@ -189,7 +189,7 @@ impl Boundary3d {
                             if own > 0.0 { own / among.max(own) } else { 0.0 }
                         }
                         None if among == 0.0 => {
-                            weight_of_crossing(&crossings(&one, &beneath, tolerance), tolerance)
+                            weight_of_crossing(&crossings(&one, &beneath, resolution), resolution)
                         }
                         None => 0.0,
                     };
@@ -198,7 +198,7 @@ impl Boundary3d {
             }
         }
         if vertex.is_none() {
-            sum += self.tributary_area_of_others(&facets, at, tolerance);
+            sum += self.tributary_area_of_others(&facets, at, resolution);
         }
         sum
     }
@@ -238,7 +238,7 @@ impl Boundary3d {
         &self,
         facets: &FlushFacets,
         at: Configuration<3>,
-        tolerance: f64,
+        resolution: f64,
     ) -> f64 {
         let FlushFacets {
             main,
@@ -249,21 +249,21 @@ impl Boundary3d {
         for &facet in target {
             let other = ProjectedFacet::new(self, facet, plane, at);
             let above = self.overlapping_facets(&other, main, plane, at);
-            let weight = weight_of_crossing(&crossings(&other, &above, tolerance), tolerance);
+            let weight = weight_of_crossing(&crossings(&other, &above, resolution), resolution);
             if weight == 0.0 {
                 continue;
             }
             for one in &above {
                 let piece = clip(&one.corners, &other.corners);
-                if area(&piece) <= tolerance * tolerance
-                    || area_of_corner(&piece, [one, &other], tolerance).is_some()
+                if area(&piece) <= resolution * resolution
+                    || area_of_corner(&piece, [one, &other], resolution).is_some()
                 {
                     continue;
                 }
                 let beneath = self.overlapping_facets(one, target, plane, at);
                 let sides = [(one, beneath.as_slice()), (&other, above.as_slice())];
-                if touching_weight(sides, &mean(&piece), tolerance) == 0.0
-                    && crossings(one, &beneath, tolerance).is_empty()
+                if touching_weight(sides, &mean(&piece), resolution) == 0.0
+                    && crossings(one, &beneath, resolution).is_empty()
                 {
                     sum += area(&piece) * weight;
                 }
@@ -329,12 +329,13 @@ impl Boundary3d {
 fn area_of_corner(
     piece: &[[f64; 2]],
     [one, other]: [&ProjectedFacet; 2],
-    tolerance: f64,
+    resolution: f64,
 ) -> Option<f64> {
     let touches = |point: &[f64; 2]| {
-        one.has_vertex(point, tolerance)
-            || other.has_vertex(point, tolerance)
-            || one.has_on_sharp_edge(point, tolerance) && other.has_on_sharp_edge(point, tolerance)
+        one.has_vertex(point, resolution)
+            || other.has_vertex(point, resolution)
+            || one.has_on_sharp_edge(point, resolution)
+                && other.has_on_sharp_edge(point, resolution)
     };
     let middle = mean(piece);
     let count = piece.len();
@@ -348,7 +349,7 @@ fn area_of_corner(
             continue;
         }
         touching += 1;
-        if norm(corner) <= tolerance {
+        if norm(corner) <= resolution {
             own += share;
             here += 1;
         }
@@ -361,12 +362,12 @@ fn area_of_corner(
 fn touching_weight(
     sides: [(&ProjectedFacet, &[ProjectedFacet]); 2],
     point: &[f64; 2],
-    tolerance: f64,
+    resolution: f64,
 ) -> f64 {
     let mut sum = 0.0;
     for (patch, beneath) in sides {
         for (&own, corner) in patch.vertices.iter().zip(&patch.corners) {
-            if beneath.iter().any(|other| other.holds(corner, tolerance)) {
+            if beneath.iter().any(|other| other.holds(corner, resolution)) {
                 sum += patch.weight(own, point);
             }
         }
@@ -376,13 +377,13 @@ fn touching_weight(
 
 /// Returns the crossings of the sharp edges of a facet with those of the facets that it overlaps,
 /// each once.
-fn crossings(patch: &ProjectedFacet, beneath: &[ProjectedFacet], tolerance: f64) -> Vec<[f64; 2]> {
+fn crossings(patch: &ProjectedFacet, beneath: &[ProjectedFacet], resolution: f64) -> Vec<[f64; 2]> {
     let mut crossings: Vec<[f64; 2]> = Vec::new();
     for own in patch.sharp_edges() {
         for other in beneath.iter().flat_map(ProjectedFacet::sharp_edges) {
             let is_known = |point: &[f64; 2]| {
                 let mut known = crossings.iter();
-                known.any(|one| norm(&sub(one, point)) <= tolerance)
+                known.any(|one| norm(&sub(one, point)) <= resolution)
             };
             crossings.extend(crossing(own, other).filter(|point| !is_known(point)));
         }
@@ -391,8 +392,8 @@ fn crossings(patch: &ProjectedFacet, beneath: &[ProjectedFacet], tolerance: f64)
 }
 
 /// Returns the fraction of the contact at the origin among crossings; 0 if it is none of them.
-fn weight_of_crossing(crossings: &[[f64; 2]], tolerance: f64) -> f64 {
-    let is_here = |point: &[f64; 2]| norm(point) <= tolerance;
+fn weight_of_crossing(crossings: &[[f64; 2]], resolution: f64) -> f64 {
+    let is_here = |point: &[f64; 2]| norm(point) <= resolution;
     if crossings.iter().any(is_here) {
         1.0 / crossings.len() as f64
     } else {

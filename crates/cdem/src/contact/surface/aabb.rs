@@ -38,12 +38,4 @@ impl<const D: usize> Aabb<D> {
     pub(crate) fn overlaps(&self, other: &Self) -> bool {
         (0..D).all(|c| self.min[c] <= other.max[c] && other.min[c] <= self.max[c])
     }
-
-    /// Returns the widest gap between the boxes along an axis, m; negative if they overlap.
-    #[inline]
-    pub(crate) fn apart(&self, other: &Self) -> f64 {
-        (0..D)
-            .map(|c| (self.min[c] - other.max[c]).max(other.min[c] - self.max[c]))
-            .fold(f64::NEG_INFINITY, f64::max)
-    }
 }

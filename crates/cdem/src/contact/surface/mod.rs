@@ -45,28 +45,6 @@ pub(crate) fn beyond_reentrant(turn: f64, depth: f64) -> f64 {
     }
 }
 
-/// Relative motion and penetration up to which a pair is tested.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CullingRange {
-    /// Largest relative motion of the features, m.
-    pub(crate) motion: f64,
-    /// Largest penetration, m.
-    pub(crate) tolerance: f64,
-}
-
-/// Result of the test if two features may touch within some motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum CullingResult {
-    /// They may touch.
-    Near,
-    /// They are too far from each other, at least by a little.
-    Far,
-    /// Their orientation rules out contact as long as the motion bound and
-    /// [`CULLING_RATE`](crate::contact::tolerances::CULLING_RATE) times the travels of the nodes of
-    /// both blocks since the test add up to less than this length, m.
-    ExcludedUntil(f64),
-}
-
 /// A main feature against a target feature: in 2-D a vertex and an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub(crate) struct Pair {

@@ -10,7 +10,7 @@ use crate::math::vector::{add, cross, dot, norm, sub};
 
 impl Triangulation {
     /// Returns true if an edge can meet other edges: it is convex, and so sharp that an edge laid
-    /// across it would sink in by more than a quarter of the tolerance before its ends touch.
+    /// across it would sink in by more than a quarter of the resolution before its ends touch.
     pub(crate) fn is_sharp(&self, edge: u32, at: Configuration<3>) -> bool {
         self.is_sharp_under(edge, 0.0, at)
     }
@@ -20,7 +20,7 @@ impl Triangulation {
     pub(crate) fn is_sharp_under(&self, edge: u32, length: f64, at: Configuration<3>) -> bool {
         let ridge = self.edge_shape(edge, at);
         let widened = self.arm_under(edge, &ridge, length) / ridge.arm;
-        ridge.height * widened > SAGITTA * self.tolerance
+        ridge.height * widened > SAGITTA * self.resolution
     }
 
     /// Returns true if an edge is surely not [sharp](Self::is_sharp_under), by a test without a
@@ -50,7 +50,7 @@ impl Triangulation {
         let arms = 2.0 * square * (1.0 / squares[0] + 1.0 / squares[1]);
         let widened = f64::max(1.0, length * length * arms / 16.0);
         let sum = add(&normals[0], &normals[1]);
-        let allowed = FLAT_CAUTION * SAGITTA * self.tolerance;
+        let allowed = FLAT_CAUTION * SAGITTA * self.resolution;
         below <= 0.0 || (below * widened).powi(2) <= allowed * allowed * dot(&sum, &sum)
     }
 
@@ -70,14 +70,12 @@ impl Triangulation {
     /// and of the arm a meanwhile.
     pub(crate) fn sharpens_after(&self, edge: u32, length: f64, at: Configuration<3>) -> f64 {
         let ridge = self.edge_shape(edge, at);
-        if ridge.height.is_infinite() {
-            return f64::NEG_INFINITY;
-        }
         let arm = self.arm_under(edge, &ridge, length);
-        // The arm is half of the least height or more, so this is below the height of an edge that
-        // turns by REENTRANT. Every edge that turns farther back must pass that height.
-        let height = (ridge.height * arm / ridge.arm).max(0.5 * REENTRANT * ridge.least_height);
-        let sharp = f64::min(SAGITTA * self.tolerance, SHARP * arm);
+        // The arm is half of the least height or more, so the least value is below the height of an
+        // edge that turns by REENTRANT. Every edge that turns farther back must pass that height.
+        let turn = f64::min(ridge.height / ridge.arm, SHARP);
+        let height = (turn * arm).max(0.5 * REENTRANT * ridge.least_height);
+        let sharp = f64::min(SAGITTA * self.resolution, SHARP * arm);
         (sharp - height) * ridge.least_height / (5.0 * arm)
     }
 

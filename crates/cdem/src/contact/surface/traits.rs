@@ -9,9 +9,7 @@ use crate::contact::surface::geometry_cache::GeometryCache;
 use crate::contact::surface::jacobian::ContactJacobian;
 use crate::contact::surface::kicked::ConstantMotion;
 use crate::contact::surface::material_point::MaterialPoint;
-use crate::contact::surface::{
-    CullingRange, CullingResult, GapAllowance, JacobianAnchor, Pair, Pairs, Projection,
-};
+use crate::contact::surface::{GapAllowance, JacobianAnchor, Pair, Pairs, Projection};
 
 /// Features of the boundaries of all blocks, by number.
 pub(crate) trait Topology<const D: usize>: Send + Sync {
@@ -52,24 +50,14 @@ pub(crate) trait Topology<const D: usize>: Send + Sync {
 
 /// Distances, normals and normal cones of feature pairs: the narrow phase.
 pub(crate) trait Distance<const D: usize>: Topology<D> {
-    /// Returns a lower bound of the distance between the features of a pair, m. It changes by no
-    /// more than the nodes of both features move.
-    fn distance_lower_bound(&self, pair: Pair, at: Configuration<D>) -> f64 {
-        let main = self.main_box(pair.main, at, 0.0);
-        main.apart(&self.target_box(pair.target, at, 0.0))
-    }
-    /// Returns the result of the test if the features may touch within a range. The caller tests
-    /// only features with a [lower bound](Self::distance_lower_bound) of at most 1.5 times the sum
-    /// of the motion and the tolerance of the range.
-    fn cull(&self, pair: Pair, at: Configuration<D>, range: CullingRange) -> CullingResult {
-        let CullingRange { motion, tolerance } = range;
-        let projection = self.project(pair, at);
-        let depth = motion + tolerance;
-        if projection.gap <= motion && projection.gap >= -depth && projection.outside <= motion {
-            CullingResult::Near
-        } else {
-            CullingResult::Far
-        }
+    /// Returns the distance between the features of a pair, m. It changes by no more than the nodes
+    /// of both features move.
+    fn distance(&self, pair: Pair, at: Configuration<D>) -> f64;
+    /// Returns the exclusion length of a pair, m: its orientation rules out contact while its nodes
+    /// move by less against each other. If the nodes of both blocks have travelled by w in all, it
+    /// changes by no more than [`CULLING_RATE`](crate::contact::tolerances::CULLING_RATE) w.
+    fn exclusion(&self, _pair: Pair, _at: Configuration<D>, _resolution: f64) -> f64 {
+        f64::NEG_INFINITY
     }
     /// Returns true if a pair that touches at rest can press. Edges within a flat face cannot.
     /// Corners and edges that only just meet cannot either, as those of stones side by side and one
@@ -96,7 +84,7 @@ pub(crate) trait Distance<const D: usize>: Topology<D> {
     /// Returns the size of the target feature, m.
     fn target_size(&self, target: u32, at: Configuration<D>) -> f64;
     /// Returns true if two pairs are the same physical contact, which is counted once.
-    fn same_contact(&self, one: Pair, other: Pair, at: Configuration<D>, tolerance: f64) -> bool;
+    fn same_contact(&self, one: Pair, other: Pair, at: Configuration<D>, resolution: f64) -> bool;
     /// Returns the contact point on the main feature, m.
     fn point(&self, pair: Pair, at: Configuration<D>) -> [f64; D] {
         at.at(self.main_nodes(pair.main)[0])
@@ -139,13 +127,13 @@ pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
 
 /// Geometry of a contact point during its life: neighbours, Jacobian, material points, type.
 pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
-    /// Returns all feature pairs around the point of a pair, within `tolerance`, m, which may touch
+    /// Returns all feature pairs around the point of a pair, within `resolution`, m, which may touch
     /// there as well. For a point in the middle of a feature there are none but the pair itself.
-    fn adjacent_pairs(&self, pair: Pair, at: Configuration<D>, tolerance: f64) -> Pairs;
+    fn adjacent_pairs(&self, pair: Pair, at: Configuration<D>, resolution: f64) -> Pairs;
     /// Returns the pair of a point that has left its target, on the neighbouring target feature.
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<D>) -> Option<Pair>;
     /// Returns the pair that continues the contact after its point has left its features by more
-    /// than the tolerance, and true if its main block is the other's target. An edge that slides
+    /// than the resolution, and true if its main block is the other's target. An edge that slides
     /// lengthwise off an edge it lies on flush is followed by its end.
     fn successor(
         &self,
@@ -187,7 +175,7 @@ pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
         rest: Configuration<D>,
     ) -> Option<(Pair, [f64; 2])>;
     /// Returns the contact type of the two blocks at the pair, and its tributary area, m².
-    fn classify(&self, pair: Pair, at: Configuration<D>, tolerance: f64) -> (ContactKind, f64);
+    fn classify(&self, pair: Pair, at: Configuration<D>, resolution: f64) -> (ContactKind, f64);
 }
 
 /// The boundaries of all blocks.

@@ -85,17 +85,17 @@ pub(crate) struct Triangulation {
     triangles_at: Adjacency,
     /// Diameter of the box around each block at rest, m.
     pub(super) sizes: Vec<f64>,
-    /// Contact tolerance, m.
-    pub(crate) tolerance: f64,
+    /// Contact resolution, m.
+    pub(crate) resolution: f64,
 }
 
 impl Triangulation {
-    /// Returns the boundary of `mesh`, for contact within `tolerance`, m.
+    /// Returns the boundary of `mesh`, for contact within `resolution`, m.
     ///
     /// A quadrilateral becomes four triangles about the mean of its nodes. Then blocks that share
     /// it agree on its position, warped or not, and a force on its middle acts on all four nodes
     /// alike.
-    pub(super) fn new(mesh: &Mesh<3>, tolerance: f64) -> Self {
+    pub(super) fn new(mesh: &Mesh<3>, resolution: f64) -> Self {
         let facets: Vec<Nodes> = mesh
             .boundary_facets()
             .iter()
@@ -152,7 +152,7 @@ impl Triangulation {
             corners,
             triangles,
             edges,
-            tolerance,
+            resolution,
         }
     }
 

@@ -164,7 +164,7 @@ impl<const D: usize> Run<D> {
         };
         let mut changed = vec![false; self.model.blocks.len()];
         blocks.iter().for_each(|&block| changed[block] = true);
-        let surface = adaptivity.base_model.surface(mesh, contacts.tolerance());
+        let surface = adaptivity.base_model.surface(mesh, contacts.resolution());
         let time = self.state.number as f64 * self.model.step;
         let inertia = &self.model.inertia;
         let exchange = MeshExchange {

@@ -192,7 +192,7 @@ impl<const D: usize> Run<D> {
         let rest = Positions::at_rest(&self.model.mesh.nodes).into();
         let velocity = &self.state.velocity;
         for (blocks, places) in self.workspace.predicted_impacts.by_blocks() {
-            self.request_zones_for_impact(adaptivity, blocks, places, contacts.tolerance());
+            self.request_zones_for_impact(adaptivity, blocks, places, contacts.resolution());
         }
         for place in contacts.touching_pairs(at, velocity, rest) {
             let transit = self.transit(adaptivity, place.blocks);

@@ -1,76 +1,50 @@
 //! Candidate pairs that may come in contact in a coarse step.
 //!
-//! A broad phase finds candidates, which serve for many steps. Let s be the motion bound of a
-//! block: the largest distance that its nodes may move in the step. A pair is near if its features
-//! are no farther apart than [`DISTANCE_CHECKED`] (s₁ + s₂ + d_tol) *and* the surface calls it
-//! near. The distance changes by no more than the nodes of both features move. So no near pair is
-//! missed
-//! - by skipping a test: a pair at distance d at its last test is not near while the nodes of its
-//!   blocks have since travelled w₁ and w₂ at most, and d > w₁ + w₂ + [`DISTANCE_KEPT`] (s₁ + s₂ +
-//!   d_tol);
-//! - by the broad phase: each block has an allowance a for the distance m of its nodes from their
-//!   positions in the broad phase plus its motion bound. Boxes were grown by DISTANCE_KEPT (a + ½
-//!   d_tol), and are searched again before m + s exceeds a.
+//! Let s be the motion bound of a block: the largest distance that its nodes may move in the step,
+//! and r the contact resolution. A pair is near if its features are no farther apart than s₁ + s₂ +
+//! r *and* their [exclusion length](crate::contact::surface::Distance::exclusion) is no more than
+//! s₁ + s₂: the orientation of most pairs at such distances rules out contact, as of corners of
+//! stones side by side and of edges within flat faces. So the near pairs follow from positions and
+//! speeds alone.
 //!
-//! The orientation of most pairs at such distances rules out contact: corners of stones side by
-//! side, edges within flat faces. The surface returns a length for them. They are not tested again
-//! before s₁ + s₂ plus [`CULLING_RATE`] times the increase of w₁ + w₂ exceeds that length.
-//!
-//! A pair found near stays near without a test until the nodes of its blocks have travelled
-//! [`NEAR_MARGIN`] of the tolerance, or [`NEAR_MARGIN_IN_MOTION`] of their motion bounds at the
-//! test. So the near pairs depend on the times of the tests, and a resumed run continues with the
-//! same search state.
+//! Nothing is computed twice without need:
+//! - A broad phase finds candidates, which serve for many steps. Each block has an allowance for its
+//!   travel plus its motion bound. Boxes grow by the allowance, and are searched again before it is
+//!   used up.
+//! - Each candidate keeps its distance, its exclusion length, and the travels of its blocks at its
+//!   last test: its [bound on motion](Candidate). While the blocks travel on by w in all, the
+//!   distance changes by no more than w, and the exclusion length by no more than
+//!   [`CULLING_RATE`] w. Mostly this tells if the pair is near. Otherwise the pair is tested again.
+//!   Both give the same result.
+//! - Candidates that cannot be near for some steps are not even compared
+//!   ([`active_candidates`](crate::contact::detection::active_candidates)).
 //!
 //! A motion bound is sound for a block that nothing touches in the step. Blocks that may touch each
 //! other may take each other's velocity, and hand it on, so they all get the largest bound among
 //! them. That may make more pairs near, and so on. Since bounds only grow, the result does not
 //! depend on the order.
 
+mod bound;
 #[cfg(test)]
 mod study;
 #[cfg(test)]
 mod tests;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
+pub(crate) use crate::contact::detection::candidates::bound::{Candidate, Travel};
 pub(crate) use crate::contact::detection::clusters::Clusters;
 
 use crate::contact::detection::active_candidates::ActiveCandidates;
-use crate::contact::surface::{Configuration, CullingRange, CullingResult, Pair, Surface};
+use crate::contact::detection::candidates::bound::Bounded;
+use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::tolerances::{
-    BOUND_CHECKS_PER_TASK, CANDIDATES_PER_TASK, CULLING_RATE, CULLING_ROUND_OFF, DISTANCE_CHECKED,
-    DISTANCE_KEPT, LEAST_MOTION_BOUND, NEAR_MARGIN, NEAR_MARGIN_IN_MOTION, SPEED_GAIN,
+    BOUND_CHECKS_PER_TASK, CANDIDATES_PER_TASK, LEAST_MOTION_BOUND, SPEED_GAIN,
 };
 use crate::math::disjoint_sets::DisjointSets;
 use crate::math::parallel::NODES_AT_ONCE;
-use crate::math::serde_pod;
 use crate::math::vector::{dot, norm, sub};
 use crate::model::block_max::BlockMax;
-
-/// A pair within the allowances of the last broad phase.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(crate) struct Candidate {
-    pub(super) pair: Pair,
-    pub(crate) blocks: [u32; 2],
-    /// Travels of both blocks plus their motion in the step, up to which the pair cannot be near,
-    /// m.
-    pub(super) far_until: f64,
-    /// [`CULLING_RATE`] times the travels of both blocks plus their motion bounds, up to which the
-    /// orientation of the pair rules out contact, m.
-    pub(super) excluded_until: f64,
-    /// Travels of both blocks up to which the pair counts as near, m; below 0 if it is not near.
-    pub(crate) near_until: f64,
-}
-
-/// Result of comparing candidates with their travel bounds: numbers of candidates, ascending.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct BoundCheck {
-    /// Candidates that stay near without a test.
-    still_near: Vec<u32>,
-    /// Candidates to test.
-    pub(crate) open: Vec<u32>,
-}
 
 /// Data of the blocks for a search.
 pub(crate) struct SearchContext<'a, const D: usize> {
@@ -80,8 +54,8 @@ pub(crate) struct SearchContext<'a, const D: usize> {
     pub(crate) block_of: &'a [u32],
     /// True for blocks that never move.
     pub(crate) fixed: &'a [bool],
-    /// Contact tolerance d_tol, m.
-    pub(crate) tolerance: f64,
+    /// Contact resolution, m.
+    pub(crate) resolution: f64,
 }
 
 /// Speed bounds of the blocks in a coarse step.
@@ -93,80 +67,120 @@ pub(crate) struct StepSpeeds<'a> {
     pub(crate) step: f64,
 }
 
-/// The search for pairs that may come in contact.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+/// The search for pairs that may come in contact. It decides no result, so it can be rebuilt
+/// between any two steps.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct CandidateSearch<const D: usize> {
     /// Candidate pairs, sorted by pair.
     pub(crate) candidates: Vec<Candidate>,
-    /// Positions of the nodes in the last broad phase and in the last step, m.
-    #[serde(with = "serde_pod")]
-    pub(super) origin: Vec<[f64; D]>,
-    #[serde(with = "serde_pod")]
-    pub(super) last: Vec<[f64; D]>,
-    pub(crate) blocks: Vec<MotionBound>,
+    /// Positions of the nodes at the last search, m.
+    last: Vec<[f64; D]>,
+    pub(crate) blocks: Vec<BlockMotion>,
     /// Numbers of the near candidates.
     pub(crate) found: Vec<u32>,
-    #[serde(skip)]
-    pub(crate) workspace: SearchWorkspace,
-    /// True if blocks may have passed through others before the last search.
-    exceeded_bounds: bool,
-}
-
-/// All of a search that can be rebuilt between two steps, kept to reuse its memory.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct SearchWorkspace {
-    /// Index of the first candidate of each main feature.
-    pub(super) of_main: Vec<u32>,
-    /// Candidates of each block, as one list, and the index of the first of each block.
-    pub(super) of_block: Vec<u32>,
-    pub(super) block_start: Vec<u32>,
-    /// The candidates that are tested for now.
-    pub(crate) active_candidates: ActiveCandidates,
     /// True for each candidate that is near.
-    pub(crate) is_near: Vec<bool>,
-    /// Squares of the largest displacements of a node of each block since the last search and since
-    /// the last broad phase, m².
-    squares: BlockMax<2>,
-    /// Travel bounds of each block.
-    pub(crate) travel_bounds: Vec<BlockTravel>,
-    /// Chunks of candidates by the result of the travel bounds, then the candidates to test, and
-    /// the results of their tests.
-    pub(crate) bound_checks: Vec<BoundCheck>,
-    pub(crate) open: Vec<u32>,
-    tests: Vec<CandidateTest>,
-    /// Sets of moving blocks that may touch each other, the largest motion bound of each set, m,
-    /// and the blocks of near pairs.
-    pub(crate) block_sets: DisjointSets,
-    pub(crate) set_motion_bounds: Vec<f64>,
-    pub(crate) near_blocks: Vec<[u32; 2]>,
-    /// True for blocks with an increased motion bound.
-    pub(crate) raised: Vec<bool>,
+    pub(super) is_near: Vec<bool>,
+    /// The candidates that are compared for now.
+    pub(super) active_candidates: ActiveCandidates,
+    pub(super) lists: SearchLists,
 }
 
-/// Result of the test of a candidate, for its fields of the same names, m.
-#[derive(Clone, Copy, Debug, Default)]
+/// Lists of a search, kept to reuse their memory.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SearchLists {
+    /// Squares of the largest displacement of a node of each block since the last search, m².
+    squares: BlockMax<1>,
+    /// Travel of each block.
+    pub(super) travels: Vec<Travel>,
+    /// Chunks of candidates by their bounds, then the candidates to test, and the results of their
+    /// tests.
+    pub(super) bound_checks: Vec<BoundCheck>,
+    pub(super) open: Vec<u32>,
+    tests: Vec<CandidateTest>,
+    /// Sets of blocks with a common motion bound, and that bound by root, m.
+    pub(super) block_sets: DisjointSets,
+    pub(super) set_motion_bounds: Vec<f64>,
+    /// Blocks of near pairs, and the blocks whose motion bound has increased.
+    pub(super) near_blocks: Vec<[u32; 2]>,
+    pub(super) raised: Vec<bool>,
+}
+
+/// Result of comparing candidates with their bounds: numbers of candidates, ascending.
+#[derive(Clone, Debug, Default)]
+pub(super) struct BoundCheck {
+    /// Candidates that are near without a test.
+    near: Vec<u32>,
+    /// Candidates to test.
+    pub(super) open: Vec<u32>,
+}
+
+/// Result of a test.
+#[derive(Clone, Copy, Debug)]
 struct CandidateTest {
-    far_until: f64,
-    excluded_until: f64,
-    near_until: f64,
+    distance: f64,
+    exclusion: f64,
+    is_near: bool,
 }
 
 /// Motion of a block, m.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct MotionBound {
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct BlockMotion {
     /// Motion bound: largest displacement of a node in the step.
     pub(crate) motion_bound: f64,
-    /// Largest distance of a node from its position in the last broad phase.
-    pub(super) moved: f64,
-    /// Travel: sum over the steps since then of the largest displacement of a node.
+    /// Travel: sum over the steps since the last broad phase of the largest displacement of a node.
     pub(super) travel: f64,
-    /// Largest sum of `moved` and `motion_bound` before the next broad phase.
+    /// Largest sum of travel and motion bound before the next broad phase.
     pub(super) allowance: f64,
 }
 
 impl<const D: usize> CandidateSearch<D> {
-    /// Finds the pairs `near` at the start of a coarse step, sorted. `may_meet`
-    /// selects pairs of blocks.
+    /// Returns a search of blocks with these positions and motion bounds, m, at the present step.
+    pub(crate) fn restored(positions: Vec<[f64; D]>, motion_bounds: &[f64]) -> Self {
+        let block = |&motion_bound: &f64| BlockMotion {
+            motion_bound,
+            ..BlockMotion::default()
+        };
+        Self {
+            last: positions,
+            blocks: motion_bounds.iter().map(block).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Adds the motion since the last search to the travels of the blocks. Returns true if nodes
+    /// moved farther than their motion bound where they may have passed through others. `near` are
+    /// the near pairs of the last search.
+    pub(crate) fn track(
+        &mut self,
+        blocks: &SearchContext<D>,
+        at: Configuration<D>,
+        near: &[Pair],
+        may_meet: &impl Fn([u32; 2]) -> bool,
+    ) -> bool {
+        let nodes = 0..blocks.block_of.len() as u32;
+        if self.last.len() != nodes.len() {
+            self.last = nodes.map(|node| at.at(node)).collect();
+            return false;
+        }
+        let displacement = |node: u32| {
+            let displacement = sub(&at.at(node), &self.last[node as usize]);
+            [dot(&displacement, &displacement)]
+        };
+        let squares = &mut self.lists.squares;
+        squares.find(blocks.block_of, blocks.fixed.len(), displacement);
+        let has_missed = self.may_have_missed_pairs(blocks, at, near, may_meet);
+        for (block, [square]) in self.blocks.iter_mut().zip(self.lists.squares.of_blocks()) {
+            block.travel += square.sqrt();
+        }
+        let is_fixed = |node: usize| blocks.fixed[blocks.block_of[node] as usize];
+        let nodes = self.last.par_iter_mut().with_min_len(NODES_AT_ONCE);
+        let moving = nodes.enumerate().filter(|(node, _)| !is_fixed(*node));
+        moving.for_each(|(node, last)| *last = at.at(node as u32));
+        has_missed
+    }
+
+    /// Finds the pairs `near` at the start of a coarse step, sorted. `may_meet` selects pairs of
+    /// blocks. The motion since the last search must be [tracked](Self::track).
     pub(crate) fn find_near(
         &mut self,
         blocks: &SearchContext<D>,
@@ -176,19 +190,18 @@ impl<const D: usize> CandidateSearch<D> {
         near: &mut Vec<Pair>,
     ) {
         self.blocks
-            .resize(blocks.fixed.len(), MotionBound::default());
-        self.accumulate_travel(blocks, at);
+            .resize(blocks.fixed.len(), BlockMotion::default());
         let of_blocks = speeds.bounds.iter().zip(blocks.fixed);
-        for (bound, (speed, &fixed)) in self.blocks.iter_mut().zip(of_blocks) {
-            bound.motion_bound = if fixed {
+        for (block, (speed, &fixed)) in self.blocks.iter_mut().zip(of_blocks) {
+            block.motion_bound = if fixed {
                 0.0
             } else {
-                SPEED_GAIN * speed * speeds.step + LEAST_MOTION_BOUND * blocks.tolerance
+                SPEED_GAIN * speed * speeds.step + LEAST_MOTION_BOUND * blocks.resolution
             };
         }
-        let exceeds = |bound: &MotionBound| bound.moved + bound.motion_bound > bound.allowance;
+        let exceeds = |block: &BlockMotion| block.travel + block.motion_bound > block.allowance;
         loop {
-            if self.origin.is_empty() || self.blocks.iter().any(exceeds) {
+            if self.blocks.iter().any(exceeds) {
                 self.broad_phase(blocks, at, may_meet);
             }
             self.test_all(blocks, at);
@@ -203,293 +216,163 @@ impl<const D: usize> CandidateSearch<D> {
         pairs.collect_into_vec(near);
     }
 
-    /// Returns true if nodes moved farther in the step before the last search than their motion
-    /// bound, at positions where they may have passed through others.
-    pub(crate) fn exceeded_bounds(&self) -> bool {
-        self.exceeded_bounds
-    }
-
-    /// Returns the distance of the features of each near pair at its test, up to round-off, m.
-    pub(crate) fn distances(&self) -> impl Iterator<Item = f64> + '_ {
-        self.found.iter().map(|&number| {
+    /// Returns a lower bound of the distance of the features of a near pair, m, by its index; 0 if
+    /// it is not known.
+    pub(crate) fn distance(&self, index: usize) -> f64 {
+        let of = |&number: &u32| {
             let candidate = &self.candidates[number as usize];
-            let [a, b] = candidate
-                .blocks
-                .map(|block| self.blocks[block as usize].travel);
-            candidate.far_until - (a + b)
-        })
-    }
-
-    /// Returns true if a pair is a candidate and near.
-    pub(crate) fn is_near(&self, pair: Pair) -> bool {
-        let main = pair.main as usize;
-        let Some(&[first, end]) = self.workspace.of_main.get(main..main + 2) else {
-            return false;
+            let [a, b] = candidate.blocks.map(|block| &self.blocks[block as usize]);
+            candidate.distance_after(a.travel + b.travel)
         };
-        (first as usize..end as usize)
-            .any(|number| self.workspace.is_near[number] && self.candidates[number].pair == pair)
-    }
-
-    /// Updates the travels of the blocks, and `exceeded_bounds` if they exceed their bounds.
-    fn accumulate_travel(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
-        self.measure(blocks, at);
-        self.exceeded_bounds = self.may_have_missed_pairs(blocks, at);
-        let is_fixed = |node: usize| blocks.fixed[blocks.block_of[node] as usize];
-        let nodes = self.last.par_iter_mut().with_min_len(NODES_AT_ONCE);
-        let moving = nodes.enumerate().filter(|(node, _)| !is_fixed(*node));
-        moving.for_each(|(node, last)| *last = at.at(node as u32));
-        for (bound, [travel, moved]) in self
-            .blocks
-            .iter_mut()
-            .zip(self.workspace.squares.of_blocks())
-        {
-            bound.travel += travel.sqrt();
-            bound.moved = moved.sqrt();
-        }
-    }
-
-    /// Finds the largest displacements of a node of each block since the last search and since the
-    /// last broad phase.
-    fn measure(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
-        let block_of = &blocks.block_of[..self.last.len()];
-        let displacement = |node: u32| {
-            let n = node as usize;
-            let now = at.at(node);
-            let displacement = [&self.last[n], &self.origin[n]].map(|then| sub(&now, then));
-            displacement.map(|displacement| dot(&displacement, &displacement))
-        };
-        self.workspace
-            .squares
-            .find(block_of, blocks.fixed.len(), displacement);
+        self.found.get(index).map_or(0.0, of)
     }
 
     /// Returns true if blocks that moved farther than their motion bound since the last search may
     /// have passed through others. That is so if, with the true displacements as bounds, more pairs
-    /// would have been near, and the nodes of such a pair moved as far as its distance.
-    fn may_have_missed_pairs(&self, blocks: &SearchContext<D>, at: Configuration<D>) -> bool {
-        let displacement = |block: usize| self.workspace.squares.of_blocks()[block][0].sqrt();
+    /// would have been `near`, and the nodes of such a pair moved as far as its distance.
+    fn may_have_missed_pairs(
+        &self,
+        blocks: &SearchContext<D>,
+        at: Configuration<D>,
+        near: &[Pair],
+        may_meet: &impl Fn([u32; 2]) -> bool,
+    ) -> bool {
+        let displacement = |block: u32| self.lists.squares.of_blocks()[block as usize][0].sqrt();
+        let is_fast = |block: u32| displacement(block) > self.blocks[block as usize].motion_bound;
+        if !(0..self.blocks.len() as u32).any(is_fast) {
+            return false;
+        }
         let travel_of = |nodes: &[u32]| {
             let travels = nodes.iter();
             let travels = travels.map(|&node| norm(&sub(&at.at(node), &self.last[node as usize])));
             travels.fold(0.0, f64::max)
         };
-        let fast = |block: &usize| displacement(*block) > self.blocks[*block].motion_bound;
-        let fast: Vec<usize> = (0..self.blocks.len()).filter(fast).collect();
-        if fast.is_empty() {
-            return false;
-        }
-        let before = Configuration::at_rest(&self.last);
-        let missed = |number: &u32| {
-            let Candidate {
-                pair, blocks: of, ..
-            } = self.candidates[*number as usize];
-            let [a, b] = of.map(|block| displacement(block as usize));
-            let surface = blocks.surface;
+        let (before, surface) = (Configuration::at_rest(&self.last), blocks.surface);
+        let margin = |block| displacement(block) + blocks.resolution;
+        let wanted = |of: [u32; 2]| may_meet(of) && of.into_iter().any(is_fast);
+        let pairs = blocks
+            .clusters
+            .overlapping(surface, before, &margin, &wanted);
+        pairs.into_iter().any(|pair| {
             let own = travel_of(surface.main_nodes(pair.main))
                 + travel_of(surface.target_nodes(pair.target));
-            !self.workspace.is_near[*number as usize]
-                && surface.distance_lower_bound(pair, before) <= own + blocks.tolerance
-                && surface.cull(pair, before, blocks.range(a + b)) == CullingResult::Near
-        };
-        fast.into_iter().any(|block| {
-            let bound = self.blocks[block];
-            bound.moved + displacement(block) > bound.allowance
-                || self.candidates_of(block).iter().any(missed)
+            let [a, b] = blocks.of(pair).map(displacement);
+            near.binary_search(&pair).is_err()
+                && surface.distance(pair, before) <= own + blocks.resolution
+                && surface.exclusion(pair, before, blocks.resolution) <= a + b
         })
     }
 
-    /// Returns true if all data fit these numbers of nodes and blocks, and the features that a
-    /// surface `has`.
-    pub(crate) fn is_of(&self, nodes: usize, blocks: usize, has: &impl Fn(Pair) -> bool) -> bool {
-        let is_known = |candidate: &Candidate| {
-            let mut of = candidate.blocks.iter();
-            has(candidate.pair) && of.all(|&block| (block as usize) < blocks)
-        };
-        let lists = [self.origin.len(), self.last.len()];
-        let found = self.found.iter();
-        lists.iter().all(|&count| count == nodes || count == 0)
-            && lists[0] == lists[1]
-            && (self.blocks.len() == blocks || self.candidates.is_empty())
-            && self.candidates.is_sorted_by_key(|candidate| candidate.pair)
-            && self.candidates.iter().all(is_known)
-            && found
-                .clone()
-                .all(|&number| (number as usize) < self.candidates.len())
-    }
-
-    /// Makes all anew that a checkpoint does not contain.
-    pub(crate) fn rebuild_workspace(&mut self) {
-        self.list_candidates();
-        self.workspace.is_near = vec![false; self.candidates.len()];
-        for &number in &self.found {
-            self.workspace.is_near[number as usize] = true;
-        }
-    }
-
     fn test_all(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
-        self.update_travel_bounds(blocks.tolerance);
-        self.compare_bounds();
-        self.found.clear();
-        let SearchWorkspace {
-            bound_checks,
-            open,
+        self.update_travels(blocks.resolution);
+        self.compare_bounds(blocks.resolution);
+        let Self {
+            found,
             is_near,
+            candidates,
+            lists,
             ..
-        } = &mut self.workspace;
+        } = self;
+        found.clear();
         is_near.clear();
-        is_near.resize(self.candidates.len(), false);
-        open.clear();
-        for bound_check in bound_checks {
-            for number in &bound_check.still_near {
-                is_near[*number as usize] = true;
-                self.found.push(*number);
+        is_near.resize(candidates.len(), false);
+        lists.open.clear();
+        for bound_check in &lists.bound_checks {
+            for &number in &bound_check.near {
+                is_near[number as usize] = true;
+                found.push(number);
             }
-            open.extend(&bound_check.open);
+            lists.open.extend(&bound_check.open);
         }
-        let cache = blocks.surface.geometry_cache(open.len(), None);
+        let cache = blocks.surface.geometry_cache(lists.open.len(), None);
         self.test_open(blocks, at.with(cache.as_ref()));
     }
 
-    /// Computes the travel bounds of each block, and selects the active candidates again if the
-    /// list is not valid for them.
-    pub(crate) fn update_travel_bounds(&mut self, tolerance: f64) {
-        let SearchWorkspace {
-            travel_bounds,
-            active_candidates,
-            ..
-        } = &mut self.workspace;
-        travel_bounds.clear();
-        travel_bounds.extend(
-            self.blocks
-                .iter()
-                .map(|bound| bound.travel_bounds(tolerance)),
-        );
-        if !active_candidates.is_valid_for(travel_bounds) {
-            let motion_bounds = self.blocks.iter().map(|bound| bound.motion_bound);
-            let largest_motion_bound = motion_bounds.fold(0.0, f64::max);
-            active_candidates.select(&self.candidates, travel_bounds, largest_motion_bound);
+    /// Lists the travel of each block, and selects the active candidates again if the list is not
+    /// valid for them.
+    pub(super) fn update_travels(&mut self, resolution: f64) {
+        let travels = &mut self.lists.travels;
+        travels.clear();
+        travels.extend(self.blocks.iter().map(|block| Travel {
+            travel: block.travel,
+            motion: block.motion_bound,
+        }));
+        if !self.active_candidates.is_valid_for(travels) {
+            self.active_candidates
+                .select(&self.candidates, travels, resolution);
         }
     }
 
-    /// Compares the active candidates with the travel bounds, in parallel chunks.
-    fn compare_bounds(&mut self) {
-        let SearchWorkspace {
+    /// Compares the active candidates with their bounds, in parallel chunks.
+    fn compare_bounds(&mut self, resolution: f64) {
+        let SearchLists {
             bound_checks,
-            travel_bounds,
-            active_candidates,
+            travels,
             ..
-        } = &mut self.workspace;
-        let some = active_candidates.numbers.par_chunks(BOUND_CHECKS_PER_TASK);
+        } = &mut self.lists;
+        let numbers = &self.active_candidates.numbers;
+        let some = numbers.par_chunks(BOUND_CHECKS_PER_TASK);
         bound_checks.resize_with(some.len(), BoundCheck::default);
         some.zip(bound_checks).for_each(|(numbers, bound_check)| {
-            bound_check.still_near.clear();
+            bound_check.near.clear();
             bound_check.open.clear();
             for &number in numbers {
                 let candidate = &self.candidates[number as usize];
-                let [a, b] = candidate.blocks.map(|block| travel_bounds[block as usize]);
-                if a.travel + b.travel <= candidate.near_until {
-                    bound_check.still_near.push(number);
-                } else if candidate.may_be_near(a, b) {
-                    bound_check.open.push(number);
+                let travel = Travel::together(candidate.blocks.map(|b| travels[b as usize]));
+                match candidate.bounded(travel, resolution) {
+                    Bounded::Apart => {}
+                    Bounded::Near => bound_check.near.push(number),
+                    Bounded::Open => bound_check.open.push(number),
                 }
             }
         });
     }
 
     /// Tests the open candidates, and records the near ones.
-    pub(crate) fn test_open(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
+    pub(super) fn test_open(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
+        let Self {
+            candidates,
+            blocks: motions,
+            found,
+            is_near,
+            lists,
+            ..
+        } = self;
+        let (surface, resolution) = (blocks.surface, blocks.resolution);
         let test = |&number: &u32| {
-            let candidate = &self.candidates[number as usize];
-            let [a, b] = candidate.blocks.map(|block| &self.blocks[block as usize]);
-            let (motion, travel) = (a.motion_bound + b.motion_bound, a.travel + b.travel);
-            let apart = blocks.surface.distance_lower_bound(candidate.pair, at);
-            let nearness = if apart <= DISTANCE_CHECKED * (motion + blocks.tolerance) {
-                let surface = blocks.surface;
-                surface.cull(candidate.pair, at, blocks.range(motion))
+            let Candidate {
+                pair, blocks: of, ..
+            } = candidates[number as usize];
+            let [a, b] = of.map(|block| motions[block as usize].motion_bound);
+            let distance = surface.distance(pair, at);
+            let exclusion = if distance <= a + b + resolution {
+                surface.exclusion(pair, at, resolution)
             } else {
-                CullingResult::Far
-            };
-            let excluded_until = match nearness {
-                CullingResult::ExcludedUntil(length) => {
-                    length + CULLING_RATE * travel - CULLING_ROUND_OFF * blocks.tolerance
-                }
-                CullingResult::Near | CullingResult::Far => 0.0,
-            };
-            let near_until = if nearness == CullingResult::Near {
-                travel
-                    + f64::max(
-                        NEAR_MARGIN * blocks.tolerance,
-                        NEAR_MARGIN_IN_MOTION * motion,
-                    )
-            } else {
-                -1.0
+                f64::NAN
             };
             CandidateTest {
-                far_until: apart + travel,
-                excluded_until,
-                near_until,
+                distance,
+                exclusion,
+                is_near: exclusion <= a + b,
             }
         };
-        let SearchWorkspace {
-            open,
-            tests,
-            is_near,
-            ..
-        } = &mut self.workspace;
-        let numbers = open.par_iter().with_min_len(CANDIDATES_PER_TASK);
-        numbers.map(test).collect_into_vec(tests);
-        for (&number, test) in open.iter().zip(&*tests) {
-            let candidate = &mut self.candidates[number as usize];
-            candidate.far_until = test.far_until;
-            candidate.excluded_until = test.excluded_until;
-            candidate.near_until = test.near_until;
-            if test.near_until >= 0.0 {
+        let numbers = lists.open.par_iter().with_min_len(CANDIDATES_PER_TASK);
+        numbers.map(test).collect_into_vec(&mut lists.tests);
+        for (&number, test) in lists.open.iter().zip(&lists.tests) {
+            let candidate = &mut candidates[number as usize];
+            let [a, b] = candidate.blocks.map(|block| &motions[block as usize]);
+            candidate.travel = a.travel + b.travel;
+            candidate.distance = test.distance;
+            candidate.exclusion = test.exclusion;
+            if test.is_near {
                 is_near[number as usize] = true;
-                self.found.push(number);
+                found.push(number);
             }
-        }
-    }
-}
-
-impl Candidate {
-    /// Returns true if the pair may be near for these travel bounds of its blocks.
-    pub(crate) fn may_be_near(&self, a: BlockTravel, b: BlockTravel) -> bool {
-        self.far_until <= a.distance + b.distance && self.excluded_until <= a.turning + b.turning
-    }
-}
-
-/// Travel bounds of a block, so far and in the step, m.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct BlockTravel {
-    /// Travel so far.
-    pub(super) travel: f64,
-    /// Travel plus the distance that a near feature may have: half of the tolerance counts for
-    /// either block.
-    pub(crate) distance: f64,
-    /// [`CULLING_RATE`] times the travel, plus the motion bound; compared with
-    /// [`excluded_until`](Candidate::excluded_until).
-    pub(crate) turning: f64,
-}
-
-impl MotionBound {
-    fn travel_bounds(&self, tolerance: f64) -> BlockTravel {
-        BlockTravel {
-            travel: self.travel,
-            distance: self.travel + DISTANCE_KEPT * (self.motion_bound + 0.5 * tolerance),
-            turning: CULLING_RATE * self.travel + self.motion_bound,
         }
     }
 }
 
 impl<const D: usize> SearchContext<'_, D> {
-    /// Returns the range of a relative `motion`, m.
-    fn range(&self, motion: f64) -> CullingRange {
-        CullingRange {
-            motion,
-            tolerance: self.tolerance,
-        }
-    }
-
     /// Returns the blocks of the main and the target feature of a pair.
     pub(crate) fn of(&self, pair: Pair) -> [u32; 2] {
         let main = self.surface.main_nodes(pair.main)[0];

@@ -92,7 +92,7 @@ impl Cost {
         let speeds = run.workspace.speed_bounds.speeds().to_vec();
         let mut contacts = run.contacts.take().expect("blocks touch");
         let (at, step) = (run.model.positions(&run.state), run.model.step);
-        let search = &mut contacts.state.search;
+        let search = &mut contacts.workspace.search;
         let blocks = contacts.model_data.search_context();
         let may_meet = |blocks| contacts.model_data.may_touch(blocks);
         let near = &mut contacts.state.near_pairs;
@@ -100,7 +100,10 @@ impl Cost {
             bounds: &speeds,
             step,
         };
-        let mut find = || search.find_near(&blocks, at.into(), speeds, &may_meet, near);
+        let mut find = || {
+            search.track(&blocks, at.into(), &[], &may_meet);
+            search.find_near(&blocks, at.into(), speeds, &may_meet, near);
+        };
         self.filter += time(3, &mut find);
         self.broad_phase += time(1, || search.broad_phase(&blocks, at.into(), &may_meet));
         search.find_near(
@@ -140,7 +143,7 @@ fn measure(across: usize, steps: u32) {
         total += time(1, || run.step());
         let contacts = run.contacts.as_ref().expect("blocks touch");
         let just_searched = contacts
-            .state
+            .workspace
             .search
             .blocks
             .iter()
@@ -168,7 +171,7 @@ fn measure(across: usize, steps: u32) {
         each(cost.filter, looks),
         each(cost.joins, looks),
         each(cost.grouping, looks),
-        contacts.state.search.candidates.len() as f64 / blocks,
+        contacts.workspace.search.candidates.len() as f64 / blocks,
         contacts.state.near_pairs.len() as f64 / blocks,
         contacts.contact_points().count() as f64 / blocks,
         begun as f64 / steps / blocks,

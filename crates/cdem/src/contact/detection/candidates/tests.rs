@@ -1,4 +1,4 @@
-//! The near pairs against all pairs, and against searches with other histories.
+//! The near pairs against all pairs, whatever the history of the search.
 
 use proptest::prelude::*;
 
@@ -6,8 +6,7 @@ use crate::contact::detection::candidates::{CandidateSearch, SearchContext, Step
 use crate::contact::detection::clusters::Clusters;
 use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::boundary_3d::Boundary3d;
-use crate::contact::surface::{Configuration, CullingResult, Distance, Pair, Topology};
-use crate::contact::tolerances::DISTANCE_CHECKED;
+use crate::contact::surface::{Configuration, Distance, Pair, Topology};
 use crate::math::vector::{add, cross, norm, scale};
 use crate::mesh::{self, Element, ElementKind, Mesh, MeshBlock};
 use crate::scene::Geometry;
@@ -111,7 +110,7 @@ impl Crowd {
             clusters: &self.clusters,
             block_of: &self.block_of,
             fixed: &self.fixed,
-            tolerance: TOLERANCE,
+            resolution: TOLERANCE,
         }
     }
 
@@ -130,10 +129,7 @@ impl Crowd {
                 .map(|block| motion_bounds[block as usize])
                 .iter()
                 .sum();
-            self.may_meet(blocks.of(pair))
-                && blocks.surface.distance_lower_bound(pair, at)
-                    <= DISTANCE_CHECKED * (motion + TOLERANCE)
-                && self.boundary.cull(pair, at, blocks.range(motion)) == CullingResult::Near
+            self.may_meet(blocks.of(pair)) && self.boundary.distance(pair, at) <= motion + TOLERANCE
         })
         .collect()
     }
@@ -145,22 +141,6 @@ fn motion_bounds(search: &CandidateSearch<2>) -> Vec<f64> {
         .iter()
         .map(|bound| bound.motion_bound)
         .collect()
-}
-
-/// The pairs of the last search.
-fn pairs<const D: usize>(search: &CandidateSearch<D>) -> Vec<Pair> {
-    let found = search.found.iter();
-    found
-        .map(|&number| search.candidates[number as usize].pair)
-        .collect()
-}
-
-/// Returns a near pair that was not found, or a found pair that is neither near nor was found
-/// `before`.
-fn not_rightly_found(found: &[Pair], near: &[Pair], before: &[Pair]) -> Option<Pair> {
-    let left_out = near.iter().find(|pair| !found.contains(pair));
-    let extra = |pair: &&Pair| !near.contains(pair) && !before.contains(pair);
-    left_out.or(found.iter().find(extra)).copied()
 }
 
 proptest! {
@@ -182,11 +162,10 @@ proptest! {
                 if number < from {
                     continue;
                 }
-                let before = pairs(search);
+                search.track(&crowd.blocks(), at, &[], &may_meet);
                 search.find_near(&crowd.blocks(), at, speeds, &may_meet, &mut near);
-                prop_assert_eq!(not_rightly_found(&near, &crowd.near(at, &motion_bounds(search)), &before), None);
+                prop_assert_eq!(&near, &crowd.near(at, &motion_bounds(search)));
                 for pair in &near {
-                    prop_assert!(search.is_near(*pair));
                     // Blocks that may touch may hand on the largest velocity among them.
                     let [a, b] = crowd.blocks().of(*pair).map(|block| block as usize);
                     prop_assert!(crowd.fixed[a] || crowd.fixed[b] || search.blocks[a].motion_bound == search.blocks[b].motion_bound);
@@ -211,6 +190,7 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
         crowd.speeds = vec![0.0, 0.1, 0.1];
         let still = vec![[0.0; 2]; crowd.block_of.len()];
         let mut search = CandidateSearch::default();
+        let (mut near, mut exceeded) = (Vec::new(), false);
         for moved in [0.0, 1.0] {
             crowd.stones[1].centre[0] = 2.0 + moved * beside;
             crowd.stones[2].centre[0] = 50.0 + moved * far;
@@ -222,17 +202,16 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
                 bounds: &crowd.speeds,
                 step: 0.1,
             };
-            search.find_near(&crowd.blocks(), at, speeds, &may_meet, &mut Vec::new());
+            exceeded = search.track(&crowd.blocks(), at, &near, &may_meet);
+            search.find_near(&crowd.blocks(), at, speeds, &may_meet, &mut near);
         }
-        search.exceeded_bounds()
+        exceeded
     };
     assert!(!exceeded_bounds(0.02, -0.02), "no farther than expected");
     assert!(!exceeded_bounds(0.1, 0.1), "farther, but nothing is there");
     assert!(exceeded_bounds(-1.0, 0.0), "to where the fixed stone is");
-    assert!(
-        exceeded_bounds(0.0, 5.0),
-        "farther than the search has looked"
-    );
+    assert!(!exceeded_bounds(0.0, 5.0), "far, but nothing is there");
+    assert!(exceeded_bounds(0.0, -48.0), "far, to where the others are");
 }
 
 /// Two meshed boxes, one of which overlaps the other at a corner.
@@ -348,7 +327,7 @@ proptest! {
             clusters: &Clusters::new(&boundary, &block_of, &mesh.nodes),
             block_of: &block_of,
             fixed: &fixed,
-            tolerance: TOLERANCE,
+            resolution: TOLERANCE,
         };
         let speed = |node: usize| norm(&heap.velocity[node]);
         let fastest = |block: &MeshBlock| block.nodes.clone().map(|node| speed(node as usize)).fold(0.0, f64::max);
@@ -379,14 +358,14 @@ proptest! {
                 if (number as usize) < from {
                     continue;
                 }
-                let before = pairs(search);
+                search.track(&blocks, at, &[], &may_meet);
                 search.find_near(&blocks, at, speeds, &may_meet, &mut near);
                 let expected: Vec<Pair> = all.iter().copied().filter(|&pair| {
                     let [a, b] = blocks.of(pair).map(|block| search.blocks[block as usize].motion_bound);
-                    boundary.distance_lower_bound(pair, at) <= DISTANCE_CHECKED * (a + b + TOLERANCE)
-                        && boundary.cull(pair, at, blocks.range(a + b)) == CullingResult::Near
+                    boundary.distance(pair, at) <= a + b + TOLERANCE
+                        && boundary.exclusion(pair, at, TOLERANCE) <= a + b
                 }).collect();
-                prop_assert_eq!(not_rightly_found(&near, &expected, &before), None);
+                prop_assert_eq!(&near, &expected);
             }
         }
     }
@@ -411,7 +390,7 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
         clusters: &Clusters::new(&boundary, &block_of, &mesh.nodes),
         block_of: &block_of,
         fixed: &[true, false],
-        tolerance: TOLERANCE,
+        resolution: TOLERANCE,
     };
     let mut search = CandidateSearch::default();
     let mut left_out: Vec<Pair> = Vec::new();
@@ -432,12 +411,13 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
             bounds: &[0.0, 1e-3],
             step: 1e-3,
         };
+        search.track(&blocks, at, &near, &|[a, b]| a != b);
         search.find_near(&blocks, at, speeds, &|[a, b]| a != b, &mut near);
         if number == 0 {
             let lacking = search
                 .candidates
                 .iter()
-                .filter(|candidate| candidate.excluded_until > 0.0);
+                .filter(|candidate| candidate.exclusion > 0.0);
             left_out = lacking.map(|candidate| candidate.pair).collect();
         }
     }

@@ -148,9 +148,9 @@ proptest! {
         turn in 0.021..1.5_f64,
         depth in 0.0..0.9_f64,
     ) {
-        let tolerance = 1e-4;
+        let resolution = 1e-4;
         let (s, c) = (0.5 * turn).sin_cos();
-        let [way, deep] = [0.02, depth * tolerance];
+        let [way, deep] = [0.02, depth * resolution];
         let tip = [-0.01 * c - deep * s, 0.01 * s - deep * c];
         let (top, side) = (s / c, -1.0);
         let nodes = vec![
@@ -185,16 +185,16 @@ proptest! {
         let [_, targets] = &boundary.families()[0];
         let times = targets.clone().filter_map(|target| {
             let pair = Pair { main: 0, target };
-            let time = boundary.time_of_impact(pair, motion, way, tolerance)?;
+            let time = boundary.time_of_impact(pair, motion, way, resolution)?;
             let moments = [motion.after(time), end];
-            let rightful = select_feature_pair(&boundary, pair, moments, tolerance, |_| true)?;
+            let rightful = select_feature_pair(&boundary, pair, moments, resolution, |_| true)?;
             let [x, _] = boundary.normal(rightful, at)?;
             (x < 0.0).then_some(time) // the right side
         });
         let time = times.min_by(f64::total_cmp);
         // 0.01 m down to the middle, less or more by the penetration in the left side.
         let beyond = time.map(|time| (time - 0.01) * turn.sin());
-        prop_assert!(beyond.is_some_and(|beyond| beyond <= tolerance), "{time:?}");
+        prop_assert!(beyond.is_some_and(|beyond| beyond <= resolution), "{time:?}");
     }
 }
 

@@ -11,18 +11,18 @@ use crate::mesh::{self, ElementKind, Mesh};
 use crate::scene::Geometry;
 
 /// Closes touching pairs: the contacts of two blocks, each once.
-fn contacts_of(boundary: &Boundary3d, at: Configuration<3>, tolerance: f64) -> Vec<Pair> {
+fn contacts_of(boundary: &Boundary3d, at: Configuration<3>, resolution: f64) -> Vec<Pair> {
     let mut contacts: Vec<Pair> = Vec::new();
     for pair in all_pairs(boundary) {
         let projection = boundary.project(pair, at);
-        let touches = projection.gap.abs() <= tolerance && projection.outside <= tolerance;
+        let touches = projection.gap.abs() <= resolution && projection.outside <= resolution;
         let counts = match boundary.feature_pair(pair) {
             FeaturePair::EdgeEdge { main, target } => [main, target]
                 .iter()
                 .all(|&edge| boundary.triangulation.is_sharp(edge, at)),
             FeaturePair::PointTriangle { .. } => true,
         };
-        let known = |other: &Pair| boundary.same_contact(*other, pair, at, tolerance);
+        let known = |other: &Pair| boundary.same_contact(*other, pair, at, resolution);
         if touches && counts && boundary.in_normal_cone(pair, at) && !contacts.iter().any(known) {
             contacts.push(pair);
         }
@@ -83,7 +83,7 @@ proptest! {
             outer
         };
         let common = common_area(&corners(0), &corners(1));
-        // Pieces smaller than the tolerance have no corners of their own.
+        // Pieces smaller than the resolution have no corners of their own.
         prop_assert!((sum - common).abs() < 1e-5, "{sum} of {common}, {} contacts", contacts.len());
         let kinds = contacts.iter().map(|&pair| boundary.classify(pair, at, 1e-6).0);
         if common > 0.01 {

@@ -39,10 +39,10 @@ pub(crate) enum FeaturePair {
 }
 
 impl Boundary3d {
-    /// Returns the boundary of `mesh`, for contact within `tolerance`, m.
-    pub(crate) fn new(mesh: &Mesh<3>, tolerance: f64) -> Self {
+    /// Returns the boundary of `mesh`, for contact within `resolution`, m.
+    pub(crate) fn new(mesh: &Mesh<3>, resolution: f64) -> Self {
         Self {
-            triangulation: Triangulation::new(mesh, tolerance),
+            triangulation: Triangulation::new(mesh, resolution),
         }
     }
 

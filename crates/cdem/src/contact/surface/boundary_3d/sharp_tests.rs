@@ -16,7 +16,7 @@ proptest! {
     fn no_edge_is_sharp_before_its_nodes_have_moved_far_enough(
         warp in proptest::array::uniform8(vector(1e-2)),
         flat in 1e-3..1.0_f64,
-        tolerance in 1e-4..0.1_f64,
+        resolution in 1e-4..0.1_f64,
         length in 0.0..2.0_f64,
         share in 0.0..1.0_f64,
         ways in proptest::array::uniform8(vector(1.0)),
@@ -33,7 +33,7 @@ proptest! {
         for (node, warp) in mesh.nodes.iter_mut().zip(&warp) {
             *node = squeeze(add(node, warp));
         }
-        let boundary = Boundary3d::new(&mesh, tolerance * flat);
+        let boundary = Boundary3d::new(&mesh, resolution * flat);
         let still = vec![[0.0; 3]; 8];
         let at = Configuration::new(&mesh.nodes, &still);
         for edge in 0..boundary.triangulation.edges.len() as u32 {
@@ -66,17 +66,17 @@ proptest! {
         warp in proptest::array::uniform8(vector(1.0)),
         size in (-8.0..-0.5_f64).prop_map(|power| 10.0_f64.powf(power)),
         flat in 1e-3..1.0_f64,
-        tolerance in (-6.0..-1.0_f64).prop_map(|power| 10.0_f64.powf(power)),
+        resolution in (-6.0..-1.0_f64).prop_map(|power| 10.0_f64.powf(power)),
         length in 0.0..2.0_f64,
     ) {
         let warp: [[f64; 3]; 8] = std::array::from_fn(|k| scale(size, &warp[k]));
         let cube = warped_cube([0.0; 3], &warp).into_iter();
         let cube: Vec<[f64; 3]> = cube.map(|[x, y, z]| [x, flat * y, z]).collect();
         let mesh = mesh(&[(ElementKind::Hex8, &cube)]);
-        let boundary = Boundary3d::new(&mesh, tolerance);
+        let boundary = Boundary3d::new(&mesh, resolution);
         let still = vec![[0.0; 3]; 8];
         let at = Configuration::new(&mesh.nodes, &still);
-        let strict = Boundary3d::new(&mesh, tolerance / 3.0);
+        let strict = Boundary3d::new(&mesh, resolution / 3.0);
         for edge in 0..boundary.triangulation.edges.len() as u32 {
             let is_flat = boundary.triangulation.is_flat_under(edge, length, at);
             prop_assert!(!(is_flat && boundary.triangulation.is_sharp_under(edge, length, at)));

@@ -4,10 +4,8 @@ use proptest::prelude::*;
 
 use crate::contact::narrow_phase::feature_selection::select_feature_pair;
 use crate::contact::surface::boundary_3d::Boundary3d;
-use crate::contact::surface::boundary_3d::tests::{all_pairs, mesh, range};
-use crate::contact::surface::{
-    Configuration, ConstantMotion, CullingResult, Distance, TimeOfImpact,
-};
+use crate::contact::surface::boundary_3d::tests::{all_pairs, mesh};
+use crate::contact::surface::{Configuration, ConstantMotion, Distance, TimeOfImpact};
 use crate::contact::tolerances::VOLUME_ROUND_OFF;
 use crate::math::vector::{add, dot, scale};
 use crate::mesh::{Element, ElementKind, Mesh, MeshBlock};
@@ -15,12 +13,12 @@ use crate::mesh::{Element, ElementKind, Mesh, MeshBlock};
 proptest! {
     /// Ridges that fall across each other touch in time, however small the angle between them.
     /// Either the edges touch, or the ends of the upper edge do. The ends do if they lie beside the
-    /// lower edge by at most a tenth of the tolerance, or by a ten millionth of their length, and
+    /// lower edge by at most a tenth of the resolution, or by a ten millionth of their length, and
     /// they sink in on its slopes by as much.
     #[test]
     fn ridges_that_are_all_but_parallel_touch_in_time(
         angle in (-9.0..-1.0_f64).prop_map(|power| 10.0_f64.powf(power)),
-        tolerance in (-6.0..-3.0_f64).prop_map(|power| 10.0_f64.powf(power)),
+        resolution in (-6.0..-3.0_f64).prop_map(|power| 10.0_f64.powf(power)),
         size in 0.5..50.0_f64,
     ) {
         let (s, c) = angle.sin_cos();
@@ -28,18 +26,18 @@ proptest! {
         let upper = [[-c, -s, 0.1], [c, s, 0.1], [0.0, 1.0, 1.1], [0.0, -1.0, 1.1]];
         let [lower, upper] = [lower, upper].map(|nodes| nodes.map(|x| scale(size, &x)));
         let mesh = mesh(&[(ElementKind::Tet4, &lower), (ElementKind::Tet4, &upper)]);
-        let boundary = Boundary3d::new(&mesh, tolerance);
+        let boundary = Boundary3d::new(&mesh, resolution);
         let still = [[0.0; 3]; 8];
         let falls = |node: usize| [0.0, 0.0, if node < 4 { 0.0 } else { -size }];
         let velocity: [[f64; 3]; 8] = std::array::from_fn(falls);
         let at = Configuration::new(&mesh.nodes, &still);
         let motion = ConstantMotion { at, velocity: &velocity };
         let times = all_pairs(&boundary).into_iter().filter_map(|pair| {
-            boundary.time_of_impact(pair, motion, 1.0, tolerance)
+            boundary.time_of_impact(pair, motion, 1.0, resolution)
         });
         let first = times.fold(f64::MAX, f64::min);
         let late = size * (first - 0.1);
-        prop_assert!(late <= 0.11 * tolerance + 1.1e-7 * size, "{late:e}");
+        prop_assert!(late <= 0.11 * resolution + 1.1e-7 * size, "{late:e}");
         // Edges, their distance and its change in a second are at most 3 sizes long.
         let round_off = 3.0 * VOLUME_ROUND_OFF / f64::max(angle, 1e-7) * size;
         prop_assert!(late >= -round_off, "{late:e}");
@@ -74,7 +72,7 @@ struct SlidingTip {
 fn touches_bed(
     bed: &[(ElementKind, Vec<[f64; 3]>)],
     tip: SlidingTip,
-    tolerance: f64,
+    resolution: f64,
 ) -> Option<f64> {
     let SlidingTip {
         corners,
@@ -96,7 +94,7 @@ fn touches_bed(
         nodes: first..first + 4,
         elements: count - 1..count,
     });
-    let boundary = Boundary3d::new(&mesh, tolerance);
+    let boundary = Boundary3d::new(&mesh, resolution);
     let still = vec![[0.0; 3]; mesh.nodes.len()];
     let mut velocity = still.clone();
     velocity[first as usize..].fill(along);
@@ -107,10 +105,11 @@ fn touches_bed(
     };
     let end = motion.after(way);
     let times = all_pairs(&boundary).into_iter().filter_map(|pair| {
-        let is_near = boundary.cull(pair, at, range(way, tolerance)) == CullingResult::Near;
-        let time = boundary.time_of_impact(pair, motion, way, tolerance)?;
+        let is_near = boundary.distance(pair, at) <= way + resolution
+            && boundary.exclusion(pair, at, resolution) <= way;
+        let time = boundary.time_of_impact(pair, motion, way, resolution)?;
         let then = motion.after(time);
-        let rightful = select_feature_pair(&boundary, pair, [then, end], tolerance, |_| true)?;
+        let rightful = select_feature_pair(&boundary, pair, [then, end], resolution, |_| true)?;
         let normal = boundary.normal(rightful, then)?;
         let is_held = held.is_some_and(|held| dot(&held, &normal) > 1.0 - 1e-9);
         (is_near && !is_held).then_some(time)
@@ -145,14 +144,14 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
     /// A straight edge that falls on many elements whose faces are slightly convex sinks in by a
-    /// quarter of the tolerance at most.
+    /// quarter of the resolution at most.
     #[test]
     fn a_long_edge_touches_a_face_that_bulges_little(
         turn in (-7.0..-2.0_f64).prop_map(|power| 10.0_f64.powf(power)),
         half in 1..12_usize,
         turned in -0.2..0.2_f64,
     ) {
-        let (middle, tolerance) = (half as f64, 1e-4);
+        let (middle, resolution) = (half as f64, 1e-4);
         let bed = bed([2 * half, 3], |x, _| -0.5 * turn * (x - middle).powi(2));
         let (s, c) = turned.sin_cos();
         let place = |along: f64, across: f64, z: f64| {
@@ -160,9 +159,9 @@ proptest! {
         };
         let reach = middle + 1.0;
         let blade = [place(-reach, 0.0, 0.0), place(reach, 0.0, 0.0), place(0.0, 3.0, 3.0), place(0.0, -3.0, 3.0)];
-        let time = touches_bed(&bed, SlidingTip { corners: blade, along: DOWN, way: 0.2, held: None }, tolerance);
+        let time = touches_bed(&bed, SlidingTip { corners: blade, along: DOWN, way: 0.2, held: None }, resolution);
         let late = time.map(|time| time - 0.1);
-        prop_assert!(late.is_some_and(|late| (-1e-9..=0.25 * tolerance).contains(&late)), "{late:?}");
+        prop_assert!(late.is_some_and(|late| (-1e-9..=0.25 * resolution).contains(&late)), "{late:?}");
     }
 
     /// A point that slides down one side of a dent, with a small penetration, touches the other
@@ -173,18 +172,18 @@ proptest! {
         depth in 0.0..0.9_f64,
         place in 0.1..0.9_f64,
     ) {
-        let tolerance = 1e-4;
+        let resolution = 1e-4;
         let (s, c) = (0.5 * turn).sin_cos();
         let bed = bed([2, 1], |x, _| s / c * (x - 1.0).abs());
-        let [way, deep] = [0.02, depth * tolerance];
+        let [way, deep] = [0.02, depth * resolution];
         // On the left side, which falls to the right.
         let tip = [1.0 - 0.01 * c - deep * s, place, 0.01 * s - deep * c];
         let corner = |x: f64, y: f64| add(&tip, &[x, y, 0.5]);
         let tip = [tip, corner(0.05, -0.05), corner(0.0, 0.05), corner(-0.05, -0.05)];
-        let time = touches_bed(&bed, SlidingTip { corners: tip, along: [c, 0.0, -s], way, held: Some([s, 0.0, c]) }, tolerance);
+        let time = touches_bed(&bed, SlidingTip { corners: tip, along: [c, 0.0, -s], way, held: Some([s, 0.0, c]) }, resolution);
         // 0.01 m down to the middle, less or more by the penetration in the left side.
         let beyond = time.map(|time| (time - 0.01) * turn.sin());
-        prop_assert!(beyond.is_some_and(|beyond| beyond <= tolerance), "{time:?}");
+        prop_assert!(beyond.is_some_and(|beyond| beyond <= resolution), "{time:?}");
     }
 
     /// A point that starts in a dent with the largest allowed penetration touches, however flat the
@@ -195,13 +194,13 @@ proptest! {
         depth in 0.0..1.0_f64,
         aside in -1e-4..1e-4_f64,
     ) {
-        let tolerance = 1e-4;
+        let resolution = 1e-4;
         let slope = (0.5 * turn).tan();
         let bed = bed([2, 2], |x, y| slope * ((x - 1.0).abs() + (y - 1.0).abs()));
-        let tip = [1.0 + aside, 1.0, slope * aside.abs() - depth * tolerance];
+        let tip = [1.0 + aside, 1.0, slope * aside.abs() - depth * resolution];
         let corner = |x: f64, y: f64| add(&tip, &[x, y, 0.5]);
         let tip = [tip, corner(0.2, -0.15), corner(-0.05, 0.2), corner(-0.15, -0.15)];
-        let time = touches_bed(&bed, SlidingTip { corners: tip, along: DOWN, way: tolerance, held: None }, tolerance);
+        let time = touches_bed(&bed, SlidingTip { corners: tip, along: DOWN, way: resolution, held: None }, resolution);
         prop_assert!(time.is_some());
     }
 }

@@ -4,15 +4,7 @@ use super::{
     FLAT, ROOF, TOLERANCE, VALLEY, assert_close, assert_projection, foot_point, keel, over_roof_2d,
     over_roof_3d, pair, plane, space, tip_2d, tip_3d,
 };
-use crate::contact::surface::{Configuration, CullingRange, CullingResult, Distance};
-
-/// Returns the range of a relative `motion`, m.
-fn range(motion: f64) -> CullingRange {
-    CullingRange {
-        motion,
-        tolerance: TOLERANCE,
-    }
-}
+use crate::contact::surface::{Configuration, Distance};
 
 #[test]
 fn a_vertex_in_the_plane_is_projected_on_an_edge() {
@@ -100,7 +92,7 @@ fn the_distance_of_a_vertex_in_the_plane_is_that_of_the_nearest_point() {
         let (mesh, boundary) = over_roof_2d(FLAT, tip_2d(place));
         let at = Configuration::at_rest(&mesh.nodes);
         let pair = pair(&boundary, &[plane::TIP], &plane::RIGHT_SIDE);
-        assert_eq!(boundary.distance_lower_bound(pair, at), distance);
+        assert_eq!(boundary.distance(pair, at), distance);
     }
 }
 
@@ -111,7 +103,7 @@ fn the_distance_of_a_vertex_in_space_is_that_of_the_nearest_point() {
         let (mesh, boundary) = over_roof_3d(FLAT, tip_3d(place));
         let at = Configuration::at_rest(&mesh.nodes);
         let pair = pair(&boundary, &[space::TIP], &space::SIDE);
-        assert_close([boundary.distance_lower_bound(pair, at)], [distance]);
+        assert_close([boundary.distance(pair, at)], [distance]);
     }
 }
 
@@ -122,38 +114,8 @@ fn the_distance_of_edges_is_that_of_the_nearest_points() {
         let (mesh, boundary) = over_roof_3d(ROOF, keel(place));
         let at = Configuration::at_rest(&mesh.nodes);
         let pair = pair(&boundary, &space::RIDGE, &space::KEEL);
-        assert_close([boundary.distance_lower_bound(pair, at)], [distance]);
+        assert_close([boundary.distance(pair, at)], [distance]);
     }
-}
-
-#[test]
-fn a_vertex_in_the_plane_is_culled_by_its_distance() {
-    let (mesh, boundary) = over_roof_2d(FLAT, tip_2d([1.0, 0.25]));
-    let at = Configuration::at_rest(&mesh.nodes);
-    let pair = pair(&boundary, &[plane::TIP], &plane::RIGHT_SIDE);
-    let within = |motion: f64| boundary.cull(pair, at, range(motion));
-    assert_eq!(within(0.25), CullingResult::Near);
-    assert_eq!(within(0.249), CullingResult::Far);
-}
-
-#[test]
-fn a_vertex_in_space_is_culled_by_its_distance() {
-    let (mesh, boundary) = over_roof_3d(FLAT, tip_3d([0.5, 1.0, 0.25]));
-    let at = Configuration::at_rest(&mesh.nodes);
-    let pair = pair(&boundary, &[space::TIP], &space::SIDE);
-    let within = |motion: f64| boundary.cull(pair, at, range(motion));
-    assert_eq!(within(0.26), CullingResult::Near);
-    assert_eq!(within(0.24), CullingResult::Far);
-}
-
-#[test]
-fn edges_are_culled_by_their_distance() {
-    let (mesh, boundary) = over_roof_3d(ROOF, keel([0.0, 0.0, 0.25]));
-    let at = Configuration::at_rest(&mesh.nodes);
-    let pair = pair(&boundary, &space::RIDGE, &space::KEEL);
-    let within = |motion: f64| boundary.cull(pair, at, range(motion));
-    assert_eq!(within(0.26), CullingResult::Near);
-    assert_eq!(within(0.24), CullingResult::Far);
 }
 
 #[test]
@@ -165,9 +127,7 @@ fn a_corner_that_points_away_is_excluded_until_it_has_turned() {
     }
     let at = Configuration::at_rest(&mesh.nodes);
     let pair = pair(&boundary, &[space::TIP + 2], &space::SIDE);
-    let CullingResult::ExcludedUntil(length) = boundary.cull(pair, at, range(0.3)) else {
-        panic!("its edges lead into the block");
-    };
+    let length = boundary.exclusion(pair, at, TOLERANCE);
     // One edge of the corner falls by 4 m on √32 m, the others are level. The least length is the
     // height of the triangle of 8 m² over its edge of 5 m.
     let sine = std::f64::consts::FRAC_1_SQRT_2 - 0.02;

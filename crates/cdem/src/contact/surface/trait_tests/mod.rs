@@ -18,7 +18,7 @@ use crate::mesh::{Element, ElementKind, Mesh, MeshBlock};
 /// Largest round-off of some ten operations on lengths of at most 8 m, m.
 const ROUND_OFF: f64 = 1e-14;
 
-/// Contact tolerance of the tests, m.
+/// Contact resolution of the tests, m.
 const TOLERANCE: f64 = 1e-3;
 
 /// Thickness of the blocks in the plane, m.

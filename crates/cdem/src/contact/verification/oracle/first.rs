@@ -2,9 +2,7 @@
 
 use crate::contact::detection::candidates::Clusters;
 use crate::contact::narrow_phase::feature_selection::select_feature_pair;
-use crate::contact::surface::{
-    Configuration, ConstantMotion, CullingRange, CullingResult, Pair, Projection, Surface,
-};
+use crate::contact::surface::{Configuration, ConstantMotion, Pair, Projection, Surface};
 use crate::contact::verification::oracle::TOLERANCE;
 use crate::contact::verification::oracle::meeting::BlockEncounter;
 use crate::contact::verification::oracle::space::OracleSpace;
@@ -14,7 +12,7 @@ use crate::math::vector::{add_scaled, norm, scale};
 #[derive(Debug)]
 pub(super) struct First<const D: usize> {
     pub(super) time: f64,
-    /// True if no other pair is within the tolerance of a touch then.
+    /// True if no other pair is within the resolution of a touch then.
     pub(super) is_only: bool,
     /// Nodes of main and target, sorted.
     features: [Vec<u32>; 2],
@@ -52,11 +50,10 @@ impl<const D: usize> First<D> {
         let clusters = Clusters::new(&*surface, &block_of, &meeting.mesh.nodes);
         let margin = |_| 0.5 * (reach + TOLERANCE);
         let mut near = clusters.overlapping(&*surface, at, &margin, &|[a, b]| a != b);
-        let range = CullingRange {
-            motion: reach,
-            tolerance: TOLERANCE,
-        };
-        near.retain(|pair| surface.cull(*pair, at, range) == CullingResult::Near);
+        near.retain(|&pair| {
+            surface.distance(pair, at) <= reach + TOLERANCE
+                && surface.exclusion(pair, at, TOLERANCE) <= reach
+        });
         let cache = surface.geometry_cache(all.len(), None);
         let at = at.with(cache.as_ref());
         let touch = |pair: &Pair| {

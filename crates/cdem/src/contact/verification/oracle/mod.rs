@@ -15,7 +15,7 @@ use crate::contact::verification::oracle::first::First;
 use crate::contact::verification::oracle::meeting::{BlockEncounter, DrawnBlocks, number};
 use crate::contact::verification::oracle::space::{InPlane, InSpace, OracleSpace};
 
-/// Contact tolerance of blocks of size 1, m.
+/// Contact resolution of blocks of size 1, m.
 const TOLERANCE: f64 = 1e-6;
 
 /// Largest penetration of blocks in general position, m: the round-off of feet that pass a corner,
@@ -35,7 +35,7 @@ struct Tally {
 }
 
 /// Returns the largest penetration, and the largest distance at the touch, m. Both may reach the
-/// tolerance if blocks lie or move within the tolerance of each other's corners and faces. A corner
+/// resolution if blocks lie or move within the resolution of each other's corners and faces. A corner
 /// that crosses the far side of a corner touches a little earlier or later than in front. Nearly
 /// parallel edges touch within round-off over the sine of their angle.
 fn allowed(draw: DrawnBlocks) -> f64 {
@@ -229,7 +229,7 @@ fn search_brute_force_and_separating_planes_agree() {
 }
 
 /// A corner of a thin plate comes in behind the rim of a face that it may not touch, and in front
-/// of the face that it will touch a tenth of the tolerance later.
+/// of the face that it will touch a tenth of the resolution later.
 #[test]
 fn a_corner_behind_a_rim_waits_for_its_face() {
     let (seed, case) = (5, 18_276);
