@@ -21,7 +21,8 @@ use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
 use crate::contact::timing::{DriftProgress, KickSpan};
 use crate::contact::tolerances::{
-    CONTACTS_PER_TASK, GAP_ERROR, MOST_REPEATED_SOLVES, PAIRS_WORTH_A_SOLVE, RESIDUAL,
+    CONTACTS_PER_TASK, GAP_ERROR, KICK_CONTRACTION, KICK_RESIDUAL, KICK_SWEEPS,
+    MOST_REPEATED_SOLVES, PAIRS_WORTH_A_SOLVE,
 };
 use crate::math::profile::Stage;
 
@@ -288,7 +289,9 @@ impl<const D: usize> Island<D> {
     ) {
         let drift = kick.span.drift;
         let precision = Precision {
-            residual: RESIDUAL,
+            residual: KICK_RESIDUAL,
+            contraction: KICK_CONTRACTION,
+            sweeps: KICK_SWEEPS,
             velocity: self.precision(context, motion.positions(), drift),
         };
         workspace.begin(self.contact_points.len(), precision);

@@ -8,7 +8,9 @@
 
 use crate::contact::surface::boundary_3d::Boundary3d;
 use crate::contact::surface::{Configuration, Pair};
-use crate::contact::tolerances::{EDGE_TURN_RATE, FACE_TURN_RATE, FLUSH, SIDE_TURN_RATE};
+use crate::contact::tolerances::{
+    CLOSE_TO_PARALLEL, EDGE_TURN_RATE, FACE_TURN_RATE, FLUSH, SIDE_TURN_RATE,
+};
 use crate::math::vector::{norm, sub};
 
 // A touch at a corner may belong to any feature there within the contact resolution, so all
@@ -41,13 +43,14 @@ impl Boundary3d {
         let lengths = [target, main].map(|[a, b]| norm(&sub(&b, &a)));
         let sharpens = |k: usize| self.triangulation.sharpens_after(edges[k], lengths[k], at);
         let sharpens = f64::max(sharpens(0), sharpens(1));
-        // Nothing must turn for parallel edges.
+        // Nothing must turn for parallel edges, and little for nearly parallel ones.
         let turned = self
             .edge_edge(edges[0], edges[1], at)
             .map_or(0.0, |crossing| {
                 let smallest =
                     edges.map(|edge| self.triangulation.edge_shape(edge, at).least_height);
                 let smallest = crossing.sine * f64::min(smallest[0], smallest[1]);
+                let smallest = f64::max(smallest - CLOSE_TO_PARALLEL * resolution, 0.0);
                 let turn = -self.least_cone_margin_at_edges(edges, &crossing.normal, at) - FLUSH;
                 smallest * f64::min(turn / EDGE_TURN_RATE, crossing.outward / SIDE_TURN_RATE)
             });
