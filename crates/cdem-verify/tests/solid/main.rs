@@ -17,5 +17,6 @@ mod slope;
 mod threads;
 mod ties;
 mod tilt;
+mod touch_time;
 mod types;
 mod wedge;

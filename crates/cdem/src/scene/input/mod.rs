@@ -325,7 +325,7 @@ pub(crate) struct ContactInput {
     pub(crate) model: ContactModel,
     /// Contact tolerance, m; larger than 0: gap that counts as closed at t = 0, and
     /// penetration that is tolerated. Left out: 1e-4 of the smallest boundary edge.
-    /// From a fifth of this default to ten times as much, bounces do not depend on it.
+    /// It does not change when blocks touch in the run.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(crate) tolerance: Option<Quantity<Length>>,
     /// Friction angle, degrees, in [0, 90).
