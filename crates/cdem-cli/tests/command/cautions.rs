@@ -51,6 +51,25 @@ fn many_blocks_with_wrong_inertia_are_told_once() {
 }
 
 #[test]
+fn equal_warnings_of_many_tables_are_one_line() {
+    let at = FALL.find("[contact]").expect("a table");
+    let brick = |number: usize| {
+        let (low, high) = (2.0 + number as f64, 2.5 + number as f64);
+        format!(
+            "[[block]]\nname = \"b{number}\"\n\
+             shape = {{ box = {{ min = [{low}, 1.0], max = [{high}, 1.5], divisions = [1, 1] }} }}\n\
+             element = \"quad4\"\nmaterial = \"rock\"\nmass = \"lumped\"\n\n"
+        )
+    };
+    let with = |count: usize| {
+        let bricks: String = (1..=count).map(brick).collect();
+        of(&format!("{}{bricks}{}", &FALL[..at], &FALL[at..]))
+    };
+    insta::assert_snapshot!(with(34));
+    insta::assert_snapshot!(with(3));
+}
+
+#[test]
 fn fixed_blocks_may_overlap_each_other() {
     let wall = "[[block]]\nname = \"wall\"\n\
                 shape = { box = { min = [1.5, -1.0], max = [2.0, 2.0], divisions = [1, 6] } }\n\

@@ -366,6 +366,23 @@ fn large_stretches_are_told_once_a_block() {
     );
 }
 
+#[test]
+fn large_stretches_of_many_blocks_are_told_once() {
+    let scene = pressed("150 MPa");
+    let found = |mark: &str| scene.find(mark).expect("a table");
+    let (first, after) = (found("[[block]]\nname = \"stone\""), found("[[load]]"));
+    let second = scene[first..after]
+        .replace("\"stone\"", "\"brick\"")
+        .replace("0.001]", "5.001]")
+        .replace("0.501]", "5.501]");
+    let load = "[[load]]\ngroup = \"brick.xmin\"\npressure = \"150 MPa\"\n\n";
+    let both = format!("{}{second}{load}{}", &scene[..after], &scene[after..]);
+    let told = Place::with_scene(&both).cdem("run scene.toml").stderr();
+    assert_eq!(told.matches("principal stretch").count(), 1, "{told}");
+    let start = "warning: 2 blocks (\"stone\", \"brick\"): large principal stretches";
+    assert!(told.contains(start), "{told}");
+}
+
 /// A block is pushed and brought to rest again: the net work is zero.
 const CYCLE: &str = r#"
 version = 1

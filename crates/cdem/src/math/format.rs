@@ -61,6 +61,26 @@ pub(crate) fn short(value: f64) -> String {
     significant(value, 6)
 }
 
+/// Largest number of blocks that a message names one by one.
+const NAMED_BLOCKS: usize = 4;
+
+/// Names the blocks of a message: all of a few; of many their number, the first two and the last.
+pub(crate) fn named_blocks(names: &[&str]) -> String {
+    let quoted = |names: &[&str]| {
+        let quoted: Vec<_> = names.iter().map(|name| format!("\"{name}\"")).collect();
+        quoted.join(", ")
+    };
+    match names {
+        [name] => format!("block \"{name}\""),
+        [first, second, .., last] if names.len() > NAMED_BLOCKS => format!(
+            "{} blocks ({}, … \"{last}\")",
+            names.len(),
+            quoted(&[first, second])
+        ),
+        few => format!("{} blocks ({})", few.len(), quoted(few)),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -100,6 +120,24 @@ mod tests {
             (f64::NAN, "NaN J"),
         ] {
             assert_eq!(quantity(value, "J"), text);
+        }
+    }
+
+    #[test]
+    fn many_blocks_are_counted_and_few_are_named() {
+        for (names, text) in [
+            (&["a"][..], "block \"a\""),
+            (&["a", "b"], "2 blocks (\"a\", \"b\")"),
+            (
+                &["a", "b", "c", "d"],
+                "4 blocks (\"a\", \"b\", \"c\", \"d\")",
+            ),
+            (
+                &["a", "b", "c", "d", "e"],
+                "5 blocks (\"a\", \"b\", … \"e\")",
+            ),
+        ] {
+            assert_eq!(named_blocks(names), text);
         }
     }
 

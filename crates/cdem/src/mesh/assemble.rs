@@ -10,6 +10,7 @@ use crate::mesh::conformity::unjoined;
 use crate::mesh::error::FARTHEST;
 use crate::mesh::facet::{FacetFault, checked_boundary};
 use crate::mesh::member::Members;
+use crate::mesh::notes::BlockNotes;
 use crate::mesh::order::hilbert_order;
 use crate::mesh::placement::Placement;
 use crate::mesh::quality::{JacobianSign, orientation, reversed};
@@ -17,7 +18,7 @@ use crate::mesh::shape::mesh_shape;
 use crate::mesh::source::MeshSource;
 use crate::mesh::split::parts;
 use crate::mesh::vector::{bounds, centre, distance};
-use crate::mesh::{BlockFault, Element, Mesh, MeshBlock, MeshError, RawMesh, coordinates};
+use crate::mesh::{BlockFault, Element, Mesh, MeshBlock, MeshError, RawMesh};
 use crate::scene::{self, Geometry, Scene, Split};
 
 /// An element with its number and groups in the file.
@@ -57,6 +58,7 @@ pub fn assemble<const D: usize>(
     let mut mesh = Mesh::default();
     let mut sources = Sources::default();
     let mut members = Members::default();
+    let mut notes = BlockNotes::default();
     let names: BTreeSet<&str> = scene
         .block
         .iter()
@@ -68,13 +70,7 @@ pub fn assemble<const D: usize>(
         let wrong = |fault: BlockFault| fault.of(&block.name, &source.raw.origin);
         let mut body = PlacedMesh::<D>::new(block, source).map_err(wrong)?;
         if body.turned > 0 {
-            mesh.notes.push(format!(
-                "block \"{}\": {} of {} elements were numbered the wrong way round and have been \
-                 turned",
-                block.name,
-                body.turned,
-                body.cells.len()
-            ));
+            notes.turned(&block.name, [body.turned, body.cells.len()]);
         }
         let ranges = parts(block.split, &mut body.cells, body.nodes.len());
         let mut numbering = Numbering::new(body.nodes.len());
@@ -82,10 +78,13 @@ pub fn assemble<const D: usize>(
             let name = part_name(block, part, &names).map_err(wrong)?;
             let part = body.part(range, &mut numbering).map_err(wrong)?;
             members.add(number, source, &part, &mesh);
+            notes.coincident(&name, &part.coincident);
+            notes.unjoined(&name, &part.unjoined);
             push(&mut mesh, part, name, index).map_err(wrong)?;
         }
     }
     mesh.groups = members.finish(&sources.list);
+    mesh.notes.extend(notes.finish(D));
     mesh.nodes.shrink_to_fit();
     mesh.elements.shrink_to_fit();
     Ok(mesh)
@@ -120,27 +119,6 @@ fn push<const D: usize>(
     ];
     if ends.iter().any(|&end| end > LIMIT as usize) {
         return Err(BlockFault::TooLarge { limit: LIMIT });
-    }
-    let pairs = part.coincident.len();
-    if let Some(at) = part.coincident.first() {
-        mesh.notes.push(format!(
-            "block \"{name}\": {pairs} pairs of boundary nodes lie at the same place without \
-             being joined, the first at {}; unless cracks are meant, use Coherence Mesh in Gmsh",
-            coordinates(at)
-        ));
-    }
-    let gaps = part.unjoined.len();
-    if let Some(at) = part.unjoined.first() {
-        let (facets, what) = match D {
-            2 => ("edges", "nodes"),
-            _ => ("faces", "nodes or faces"),
-        };
-        mesh.notes.push(format!(
-            "block \"{name}\": {what} that lie on {facets} of elements without being joined to \
-             them: {gaps}, the first at {}; the block gapes there as it \
-             deforms; make neighbours share whole {facets}",
-            coordinates(at)
-        ));
     }
     for mut element in part.elements {
         for node in &mut element.nodes[..element.kind.node_count()] {

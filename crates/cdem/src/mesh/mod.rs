@@ -7,6 +7,7 @@ pub(crate) mod conformity;
 pub(crate) mod error;
 pub(crate) mod facet;
 pub(crate) mod member;
+pub(crate) mod notes;
 pub(crate) mod order;
 pub(crate) mod overlap;
 pub(crate) mod placement;

@@ -143,7 +143,7 @@ impl<const D: usize> TypedSimulation<D> {
     }
 
     pub(crate) fn warnings(&mut self, watch_energy: bool) -> Vec<String> {
-        let mut warnings = self.report.validity.warnings.clone();
+        let mut warnings = self.report.validity.warnings(&self.run);
         let contacts = self.run.contacts.as_ref();
         warnings.extend(
             contacts

@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::element::Deformation;
 use crate::element::material::Elastic;
-use crate::math::format::{quantity, short, significant};
+use crate::math::format::{named_blocks, quantity, short, significant};
 use crate::math::parallel::NODES_AT_ONCE;
 use crate::math::restore::{ResumeError, require};
 use crate::math::vector::{add_scaled, dot, pad, scale, sub};
@@ -186,12 +186,23 @@ pub(crate) struct ValidityGuard {
     limit: f64,
     /// Step of the last check of the elements.
     looked: Option<u64>,
-    /// True for blocks with a warning of large stretch.
-    stretched: Vec<bool>,
+    /// First large stretch of each block.
+    stretches: Vec<Option<LargeStretch>>,
     /// True if there is a warning of blocks that moved farther than the search reached.
     search_overrun: bool,
-    /// Warnings for the user, in order of time.
-    pub(crate) warnings: Vec<String>,
+    /// Warnings for the user, in order of time; those of large stretches are not among them.
+    warnings: Vec<String>,
+}
+
+/// A principal stretch beyond [`STRETCHES`].
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct LargeStretch {
+    /// Principal stretch.
+    stretch: f64,
+    /// Number of the element in its block.
+    element: usize,
+    /// Instant, s.
+    time: f64,
 }
 
 /// True if all components of velocities and displacements are finite and no squared velocity
@@ -231,7 +242,7 @@ impl ValidityGuard {
         Self {
             limit: RUNAWAY * (waves.fold(0.0, f64::max) + start.fold(0.0, f64::max)),
             looked: None,
-            stretched: vec![false; run.model.blocks.len()],
+            stretches: vec![None; run.model.blocks.len()],
             search_overrun: false,
             warnings: Vec::new(),
         }
@@ -242,7 +253,7 @@ impl ValidityGuard {
     /// # Errors
     /// If it is not.
     pub(crate) fn is_of(&self, blocks: usize) -> Result<(), ResumeError> {
-        require(self.stretched.len() == blocks, "its blocks")
+        require(self.stretches.len() == blocks, "its blocks")
     }
 
     /// Checks velocities and displacements; runs after every step.
@@ -275,7 +286,7 @@ impl ValidityGuard {
         if self.looked == Some(number) {
             return Ok(());
         }
-        let (stretched, warnings) = (&mut self.stretched, &mut self.warnings);
+        let stretches = &mut self.stretches;
         run.each_deformation(|block, element, found| {
             let [least, most] = STRETCHES;
             let worst = if found.min_stretch < least {
@@ -283,7 +294,7 @@ impl ValidityGuard {
             } else {
                 found.max_stretch
             };
-            if stretched[block] || (least..=most).contains(&worst) {
+            if stretches[block].is_some() || (least..=most).contains(&worst) {
                 return;
             }
             let (set, _) = run
@@ -291,18 +302,49 @@ impl ValidityGuard {
                 .numbering
                 .of(run.model.elements(block).start + element);
             if run.model.sets[set].kinematics() == Kinematics::Total {
-                stretched[block] = true;
-                warnings.push(format!(
-                    "block \"{}\": principal stretch {worst:.3} in element {element} at t = {}; \
-                     the material law of kinematics = \"total\" is meant for {least} to {most}: \
-                     judge this block's stresses with care, or try \"incremental\"",
-                    run.model.mesh.blocks[block].name,
-                    quantity(run.time(), "s")
-                ));
+                stretches[block] = Some(LargeStretch {
+                    stretch: worst,
+                    element,
+                    time: run.time(),
+                });
             }
         })?;
         self.looked = Some(number);
         Ok(())
+    }
+
+    /// Returns the warnings so far.
+    pub(crate) fn warnings<const D: usize>(&self, run: &Run<D>) -> Vec<String> {
+        let stretched = self.stretch_warning(run);
+        self.warnings.iter().cloned().chain(stretched).collect()
+    }
+
+    /// Returns one warning for all blocks with large stretches; it describes the first of them.
+    fn stretch_warning<const D: usize>(&self, run: &Run<D>) -> Option<String> {
+        let name = |block: usize| run.model.mesh.blocks[block].name.as_str();
+        let found = self.stretches.iter().enumerate();
+        let found: Vec<_> = found.filter_map(|(n, &found)| Some((n, found?))).collect();
+        let first = found.iter().min_by(|a, b| a.1.time.total_cmp(&b.1.time));
+        let &(block, first) = first?;
+        let names: Vec<_> = found.iter().map(|&(block, _)| name(block)).collect();
+        let (stretch, which, these) = match names.len() {
+            1 => ("principal stretch", String::new(), "this block's"),
+            _ => (
+                "large principal stretches, the first of them",
+                format!(" of \"{}\"", name(block)),
+                "these blocks'",
+            ),
+        };
+        let [least, most] = STRETCHES;
+        Some(format!(
+            "{}: {stretch} {:.3} in element {}{which} at t = {}; the material law of kinematics = \
+             \"total\" is meant for {least} to {most}: judge {these} stresses with care, or try \
+             \"incremental\"",
+            named_blocks(&names),
+            first.stretch,
+            first.element,
+            quantity(first.time, "s")
+        ))
     }
 
     /// Checks that no blocks overlap, which contact cannot notice if it has missed a pair. The

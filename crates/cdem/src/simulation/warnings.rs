@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use crate::element::mass::MAX_CONSISTENT_NODES;
 use crate::element::material::Elastic;
-use crate::math::format::short;
+use crate::math::format::{named_blocks, short};
 use crate::math::vector::{norm, sub};
 use crate::mesh::{Mesh, MeshBlock, coordinates};
-use crate::model::{BlockData, Model, block_names};
+use crate::model::{Model, block_names};
 use crate::scene::{Cadence, Geometry, KeyPath, Mass, Problem, Scene, Split};
 use crate::simulation::build::contact_resolution;
 
@@ -47,57 +47,78 @@ fn at(list: &str, number: usize, key: &str) -> KeyPath {
     KeyPath::root().key(list).index(number).key(key)
 }
 
-/// Warns of wrong moments of inertia: one warning for all blocks of one `[[block]]`.
+/// Returns the names of blocks.
+fn names<'a>(blocks: &[&'a MeshBlock]) -> Vec<&'a str> {
+    blocks.iter().map(|block| block.name.as_str()).collect()
+}
+
+/// Warns of wrong moments of inertia: one warning for all blocks with the same cure.
 fn inertia<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
-    let mut wrong_of = BTreeMap::<usize, Vec<_>>::new();
+    let mut wrong_of = BTreeMap::<InertiaCure, (Vec<&MeshBlock>, f64)>::new();
     for (block, data) in model.mesh.blocks.iter().zip(&model.blocks) {
         if !data.fixed && data.inertia_error > INERTIA_ERROR {
-            wrong_of
-                .entry(block.source)
-                .or_default()
-                .push((block, data));
+            let cure = InertiaCure::new(scene.block[block.source].mass, block.nodes.len());
+            let (blocks, worst) = wrong_of.entry(cure).or_default();
+            blocks.push(block);
+            *worst = worst.max(data.inertia_error);
         }
     }
-    let warning = |(source, wrong): (usize, Vec<(&MeshBlock, &BlockData)>)| {
-        let worst = wrong
-            .iter()
-            .map(|(_, data)| data.inertia_error)
-            .fold(0.0, f64::max);
-        let named = match wrong.as_slice() {
-            [(block, _)] => format!("block \"{}\": its moment of inertia has", block.name),
-            all => format!(
-                "{} blocks from \"{}\" to \"{}\": their moments of inertia have",
-                all.len(),
-                all[0].0.name,
-                all[all.len() - 1].0.name
-            ),
-        };
-        let most = wrong
-            .iter()
-            .map(|(block, _)| block.nodes.len())
-            .max()
-            .unwrap_or(0);
-        let cure = if scene.block[source].mass == Mass::Lumped {
-            "use mass = \"auto\""
-        } else if most <= MAX_CONSISTENT_NODES {
-            "use more elements across the thinnest part, so that nodes lie inside it, or mass = \
-             \"consistent\""
-        } else {
-            "use more elements across the thinnest part, so that nodes lie inside it"
+    let warning = |(cure, (blocks, worst)): (InertiaCure, (Vec<&MeshBlock>, f64))| {
+        let (has, up_to) = match blocks.len() {
+            1 => ("its moment of inertia has", ""),
+            _ => ("their moments of inertia have", "up to "),
         };
         let message = format!(
-            "{named} an error of {}{:.1} %; {cure}",
-            if wrong.len() > 1 { "up to " } else { "" },
-            100.0 * worst
+            "{}: {has} an error of {up_to}{:.1} %; {}",
+            named_blocks(&names(&blocks)),
+            100.0 * worst,
+            cure.advice()
         );
-        Problem::new(at("block", source, "mass"), message)
+        Problem::new(at("block", blocks[0].source, "mass"), message)
     };
     wrong_of.into_iter().map(warning).collect()
 }
 
-/// Warns of unconnected parts of a block that pass through each other.
-fn unconnected_parts<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Problem> {
-    let mut found = Vec::new();
+/// Cure of a wrong moment of inertia.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum InertiaCure {
+    /// `mass = "auto"`.
+    Auto,
+    /// A finer mesh, or `mass = "consistent"`.
+    FinerOrConsistent,
+    /// A finer mesh.
+    Finer,
+}
+
+impl InertiaCure {
+    /// Returns the cure for a block of `nodes` nodes.
+    fn new(mass: Mass, nodes: usize) -> Self {
+        if mass == Mass::Lumped {
+            Self::Auto
+        } else if nodes <= MAX_CONSISTENT_NODES {
+            Self::FinerOrConsistent
+        } else {
+            Self::Finer
+        }
+    }
+
+    fn advice(self) -> &'static str {
+        match self {
+            Self::Auto => "use mass = \"auto\"",
+            Self::FinerOrConsistent => {
+                "use more elements across the thinnest part, so that nodes lie inside it, or mass \
+                 = \"consistent\""
+            }
+            Self::Finer => {
+                "use more elements across the thinnest part, so that nodes lie inside it"
+            }
+        }
+    }
+}
+
+/// Warns of unconnected parts of blocks that pass through each other: one warning for all blocks.
+fn unconnected_parts<const D: usize>(scene: &Scene, model: &Model<D>) -> Option<Problem> {
+    let (mut blocks, mut most) = (Vec::new(), 1);
     for (number, (block, data)) in model.mesh.blocks.iter().zip(&model.blocks).enumerate() {
         let source = &scene.block[block.source];
         let whole = source.split == Split::None && matches!(source.geometry, Geometry::Mesh { .. });
@@ -107,15 +128,21 @@ fn unconnected_parts<const D: usize>(scene: &Scene, model: &Model<D>) -> Vec<Pro
             1
         };
         if parts > 1 {
-            let message = format!(
-                "block \"{}\" has {parts} unconnected parts, and they have no contact with each \
-                 other; use split = \"components\" to make each a block",
-                block.name
-            );
-            found.push(Problem::new(at("block", block.source, "mesh"), message));
+            blocks.push(block);
+            most = most.max(parts);
         }
     }
-    found
+    let first = blocks.first()?.source;
+    let named = named_blocks(&names(&blocks));
+    let has = match blocks.len() {
+        1 => format!("{named} has {most} unconnected parts"),
+        _ => format!("{named} have up to {most} unconnected parts each"),
+    };
+    let message = format!(
+        "{has}, and they have no contact with each other; use split = \"components\" to make each \
+         a block"
+    );
+    Some(Problem::new(at("block", first, "mesh"), message))
 }
 
 /// Warns of joints that any shear breaks before they are pulled.

@@ -198,6 +198,19 @@ fn a_crack_is_noted_but_allowed() {
 }
 
 #[test]
+fn equal_notes_on_many_blocks_are_one() {
+    let points = [[0., 0.], [1., 0.], [0., 1.], [1., 0.], [1., 1.], [0., 1.]];
+    let raw = Plan::new(&points)
+        .triangle([0, 2, 1], "a")
+        .triangle([3, 4, 5], "a")
+        .raw;
+    let names = ["a", "b", "c", "d", "e"];
+    let blocks = names.map(|name| block(name, file("m", None)));
+    let mesh = blocks_of::<2>(&raw, blocks.to_vec()).expect("blocks");
+    insta::assert_snapshot!(mesh.notes.join("\n"));
+}
+
+#[test]
 fn a_mesh_that_conforms_has_nothing_to_be_told() {
     for (kind, dimension) in [
         (ElementKind::Tri3, 2),
