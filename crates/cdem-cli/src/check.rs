@@ -1,22 +1,19 @@
 //! `cdem check`: all checks of a run, then a summary.
 
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 use cdem::{CollisionOverview, Overview, Simulation, significant};
-use indicatif::{HumanBytes, HumanDuration};
+use indicatif::HumanBytes;
 
 use crate::drive::use_threads;
 use crate::failure::{Failure, Outcome};
+use crate::forecast::expected_time;
 use crate::quantity::{columns, count, counted, quantity};
 use crate::setup;
 use crate::terminal::{print, strong, warn};
 
 /// Largest number of blocks with a line of their own.
 const BLOCKS: usize = 20;
-
-/// Duration of the trial that measures the speed of steps.
-const TRIAL: Duration = Duration::from_millis(300);
 
 pub(crate) fn check(scene: &Path) -> Result<Outcome, Failure> {
     let file = setup::read(scene)?;
@@ -126,14 +123,15 @@ fn figures(overview: &Overview, simulation: &mut Simulation) -> Vec<String> {
         "contacts      {} closed at the start",
         overview.contacts
     ));
-    lines.extend(simulation.foresee_collision().as_ref().map(collision));
+    let foreseen = simulation.foresee_collision();
+    lines.extend(foreseen.as_ref().map(collision));
     lines.push(format!(
         "memory        about {}",
         HumanBytes(overview.memory_bytes)
     ));
     lines.push(format!(
         "time          {}",
-        expected_time(overview, simulation)
+        expected_time(overview, simulation, foreseen.as_ref())
     ));
     lines
 }
@@ -145,7 +143,7 @@ fn collision(collision: &CollisionOverview) -> String {
         None => "cannot be refined with this `max_level`".to_owned(),
         Some(elements) => format!(
             "has {}, {} per coarse step instead of {}; \
-             edges and faces take many times more; the time below contains none of it",
+             edges and faces take many times more",
             counted(elements as u64, "element"),
             counted(then, "update"),
             count(now)
@@ -155,35 +153,5 @@ fn collision(collision: &CollisionOverview) -> String {
         "refinement    for the impact of one corner at {}: block \"{}\" {what}",
         quantity(collision.speed, "m/s"),
         collision.block
-    )
-}
-
-/// Estimates the duration of a run from its first steps.
-fn expected_time(overview: &Overview, simulation: &mut Simulation) -> String {
-    let began = Instant::now();
-    while began.elapsed() < TRIAL && !simulation.finished() {
-        if simulation.step().is_err() {
-            return "unknown: the run stops itself in its first steps".to_owned();
-        }
-    }
-    let steps = simulation.step_index();
-    if steps == 0 {
-        return "none: the run is over before its first step".to_owned();
-    }
-    let run = began.elapsed().as_secs_f64() * overview.step_count as f64 / steps as f64;
-    let text = match Duration::try_from_secs_f64(run) {
-        Ok(run) if run < Duration::from_secs(1) => "less than a second".to_owned(),
-        Ok(run) => format!("about {}", HumanDuration(run)),
-        Err(_) => "too long for a number".to_owned(),
-    };
-    let may_meet = overview.blocks.len() > 1 && !simulation.finished();
-    let later = match may_meet && simulation.live_contacts().is_empty() {
-        true => "; blocks did not touch in them, and contacts take more",
-        false => "",
-    };
-    format!(
-        "{text} without output, from {} on {}{later}",
-        counted(steps, "step"),
-        counted(rayon::current_num_threads() as u64, "thread")
     )
 }

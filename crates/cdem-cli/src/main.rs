@@ -5,6 +5,7 @@ mod check;
 mod closing;
 mod drive;
 mod failure;
+mod forecast;
 mod interrupt;
 mod memory;
 mod new;
