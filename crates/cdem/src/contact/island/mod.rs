@@ -4,6 +4,7 @@
 pub(crate) mod impact;
 pub(crate) mod kick;
 pub(crate) mod parallel;
+pub(crate) mod preview;
 pub(crate) mod touch_events;
 
 use std::collections::BTreeMap;
