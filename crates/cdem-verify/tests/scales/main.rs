@@ -18,6 +18,7 @@ mod prisms;
 mod resting;
 mod rockfall;
 mod rolling;
+mod same_path;
 mod sliding;
 mod table;
 mod threads;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::math::format::{quantity, short, significant};
-use crate::math::vector::norm;
+use crate::math::vector::{norm, sub};
 use crate::mesh::{Mesh, MeshBlock};
 use crate::model::time_levels::MAX_LEVEL;
 use crate::refinement::base_model::BaseModel;
@@ -13,7 +13,7 @@ use crate::refinement::composite_mesh::refined;
 use crate::refinement::indicator::{ImpactPrediction, RefinementLimit, RefinementTarget};
 use crate::refinement::refined_block::RefinedBlock;
 use crate::refinement::state::AdaptivityState;
-use crate::refinement::zone::{FLUSH_GRADING, GRADING, Zone};
+use crate::refinement::zone::{FLUSH_GRADING, GRADING, SAME_LENGTH, Zone};
 use crate::scene::ZoneExtent;
 
 /// Coarse steps between two checks for zones that are no longer needed. Each change of mesh costs
@@ -140,7 +140,11 @@ impl<const D: usize> Adaptivity<D> {
         let fraction = if target.is_on_edge { ON_EDGE } else { ON_FACE };
         let nodes = &self.base_model.mesh.blocks[target.block].nodes;
         let node = nodes.start as usize + target.number;
-        if target.number < nodes.len() && self.base_model.mesh.nodes[node] == target.rest {
+        let is_there = |node: usize| {
+            let apart = norm(&sub(&self.base_model.mesh.nodes[node], &target.rest));
+            apart <= SAME_LENGTH * self.diagonals[target.block]
+        };
+        if target.number < nodes.len() && is_there(node) {
             return self.base_model.masses.nodal[node];
         }
         let of_cells = roots.map(|root| self.base_model.cell_mass(target.block, root));

@@ -57,6 +57,11 @@ pub(crate) struct Lineage {
     generation: u8,
 }
 
+/// Relative difference of the lengths of two edges up to which they count as equal, so that their
+/// nodes decide. Lengths fall into classes of this width. The wider these are, the more rarely does
+/// round-off move a length from one to another.
+const EQUAL_EDGES: f64 = 1e-4;
+
 /// Upper bound of the number of pieces over a facet.
 const MOST_PIECES: u16 = 8;
 
@@ -298,8 +303,7 @@ impl<'a, const D: usize, W: Fn(&[[f64; D]], u32) -> bool, C: BisectedSimplex> Gr
     fn add_tree(&mut self, root: u32, nodes: &[u32], origin: TreeOrigin, piece: u16) {
         let length = |edge: [u32; 2]| -> EdgeLength {
             let [a, b] = edge.map(|node| self.forest.point(self.base, node));
-            // Lengths that differ by round-off count as equal.
-            ((norm(&sub(&b, &a)).ln() * 1e6).round() as i64, edge)
+            ((norm(&sub(&b, &a)).ln() / EQUAL_EDGES).round() as i64, edge)
         };
         self.pending.push(self.forest.trees.len() as u32);
         self.forest.trees.push(Tree {

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::math::vector::{dot, norm, scale, sub};
 use crate::refinement::adaptivity::Adaptivity;
+use crate::refinement::zone::SAME_LENGTH;
 
 /// Number of halvings of the coarser side after which both sides have reached the finest time
 /// level.
@@ -109,7 +110,7 @@ impl<const D: usize> ImpactPrediction<D> {
     /// line.
     pub(crate) fn are_flush(all: &[Self]) -> bool {
         let least = all.first().map_or(0.0, |first| {
-            first.sizes[0].min(first.sizes[1]) * FLUSH_DISTANCE
+            first.sizes[0].min(first.sizes[1]) * FLUSH_DISTANCE * (1.0 + SAME_LENGTH)
         });
         let [length, width] = Self::extents(all);
         length > least && (D == 2 || width > least)

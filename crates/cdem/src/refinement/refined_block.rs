@@ -10,7 +10,7 @@ use crate::refinement::composite_mesh;
 use crate::refinement::indicator::RefinementLimit;
 use crate::refinement::mass_fit::Moments;
 use crate::refinement::overlay::Overlay;
-use crate::refinement::zone::{Zone, size};
+use crate::refinement::zone::{SAME_LENGTH, Zone, size};
 
 /// Least fraction of its lumped mass that the fit leaves each node. With less, elements would need
 /// steps of half the length or less.
@@ -102,7 +102,7 @@ impl<const D: usize> RefinedBlock<D> {
             let least = || finest * base_model.size(root) * (1.0 + ROUND_OFF);
             wanted.is_finite() && {
                 let size = size(corners);
-                size > wanted.min(most) && size > least()
+                size > wanted.min(most) * (1.0 + SAME_LENGTH) && size > least()
             }
         });
         let Some(overlay) = overlay else {

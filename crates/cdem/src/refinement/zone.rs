@@ -43,15 +43,16 @@ impl<const D: usize> Zone<D> {
 
     /// Returns true if the zone makes `other` superfluous.
     pub(crate) fn covers(&self, other: &Self) -> bool {
-        self.finest <= other.finest
+        self.finest <= other.finest * (1.0 + SAME_LENGTH)
             && self.grading <= other.grading
-            && self.apart(&other.centre) + other.radius <= self.radius + 0.5 * other.finest
+            && self.apart(&other.centre) + other.radius
+                <= (self.radius + 0.5 * other.finest) * (1.0 + SAME_LENGTH)
     }
 
     /// Returns true if a place lies in the middle of the zone: a zone of its own would be no
     /// different.
     pub(crate) fn has(&self, place: &[f64; D]) -> bool {
-        self.apart(place) <= self.radius + 0.5 * self.finest
+        self.apart(place) <= (self.radius + 0.5 * self.finest) * (1.0 + SAME_LENGTH)
     }
 
     /// Returns true if a contact near the middle of the zone has slid out of it. The slip, m, is
@@ -67,6 +68,11 @@ impl<const D: usize> Zone<D> {
         norm(&sub(place, &self.centre))
     }
 }
+
+/// Relative difference of two lengths that count as equal. In regular meshes, sizes of elements
+/// equal their distance from a touch, or the size that is wanted. The last digits of coordinates
+/// must not decide which elements are cut. Those of meshes far from the origin differ by 1e-12.
+pub(crate) const SAME_LENGTH: f64 = 1e-6;
 
 /// Returns the size of an element, m: the side of the square or cube of the same diameter.
 pub(crate) fn size<const D: usize>(corners: &[[f64; D]]) -> f64 {
