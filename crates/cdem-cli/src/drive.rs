@@ -174,6 +174,9 @@ impl Run {
             if let Err(error) = self.recording.step(&mut self.simulation) {
                 break Ended::unsound(&error);
             }
+            for warning in self.simulation.take_loss_warnings() {
+                progress.suspend(|| warn(&warning));
+            }
             progress.update(|| self.position());
         };
         progress.end();

@@ -79,6 +79,14 @@ impl Progress {
         }
     }
 
+    /// Prints something else, without the bar in the way.
+    pub(crate) fn suspend(&self, print: impl FnOnce()) {
+        match &self.bar {
+            Some(bar) => bar.suspend(print),
+            None => print(),
+        }
+    }
+
     /// Clears the bar.
     pub(crate) fn end(self) {
         if let Some(bar) = self.bar {

@@ -101,21 +101,23 @@ impl ContactEnergies {
     /// `new`, m/s. The work along the normal is an impact loss. It vanishes for a contact that
     /// stays closed. An impact elsewhere may open a contact in a drift; when that contact closes
     /// again, it loses energy. The work of shear is an impact loss if `impact`, otherwise a
-    /// friction loss.
+    /// friction loss. Returns the loss along the normal, J.
     pub(super) fn book_work<const D: usize>(
         &mut self,
         impulse: &[f64; D],
         [old, new]: [&[f64; D]; 2],
         impact: bool,
-    ) {
+    ) -> f64 {
         let work = |r: usize| 0.5 * impulse[r] * (old[r] + new[r]);
-        self.impact_loss -= work(0);
+        let normal_loss = -work(0);
+        self.impact_loss += normal_loss;
         let sheared: f64 = (1..D).map(work).sum();
         if impact {
             self.impact_loss -= sheared;
         } else {
             self.friction_loss -= sheared;
         }
+        normal_loss
     }
 }
 

@@ -25,7 +25,7 @@ mod verification;
 
 use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, DriftInterval};
 use crate::contact::constraint::context::ContactContext;
-use crate::contact::constraint::initial_overlap::InitialOverlaps;
+use crate::contact::constraint::initial_overlap::{InitialOverlaps, ordered};
 use crate::contact::detection::candidates::StepSpeeds;
 use crate::contact::energy::{ContactEnergies, DriftImpulses};
 use crate::contact::interior::BodyCoupling;
@@ -282,12 +282,19 @@ impl<const D: usize> Contacts<D> {
         self.state.energies.watch.lap(Stage::Geometry);
     }
 
+    /// Returns the impact losses of the present coarse step by normal impulses, J, with the blocks
+    /// of each contact, the smaller number first.
+    pub(crate) fn step_losses(&self) -> impl Iterator<Item = ([u32; 2], f64)> {
+        let ended = self.state.ended[self.state.ended_before..].iter();
+        let live = self.contact_points().map(|contact| &contact.history);
+        let lossy = ended.chain(live).filter(|history| history.step_loss != 0.0);
+        lossy.map(|history| (ordered(history.blocks), history.step_loss))
+    }
+
     /// Ends a coarse step: updates the peak normal forces, which are means over the step.
     pub(crate) fn end_step(&mut self, step: f64) {
         for history in &mut self.state.ended[self.state.ended_before..] {
-            if history.step_impulse != 0.0 {
-                history.end_step(step);
-            }
+            history.end_step(step);
         }
         self.state.ended_before = self.state.ended.len();
         for contact in self

@@ -10,6 +10,7 @@ use crate::mesh::{Mesh, MeshBlock};
 use crate::model::time_levels::MAX_LEVEL;
 use crate::refinement::base_model::BaseModel;
 use crate::refinement::composite_mesh::refined;
+use crate::refinement::impact_history::{Approach, LossyImpacts};
 use crate::refinement::indicator::{ImpactPrediction, RefinementLimit, RefinementTarget};
 use crate::refinement::refined_block::RefinedBlock;
 use crate::refinement::state::AdaptivityState;
@@ -192,9 +193,38 @@ impl<const D: usize> Adaptivity<D> {
         }
     }
 
-    /// Returns the transit time of compression waves across a block, s.
-    pub(crate) fn transit(&self, block: usize) -> f64 {
-        self.diagonals[block] / self.wave_speed(block)
+    /// Returns the length that governs the contact of two blocks, m: the diagonal of the smaller
+    /// one. The larger one takes part up to about that distance only, as a half-space would. Blocks
+    /// that are prescribed do not count. Infinite if both are.
+    pub(crate) fn contact_length(&self, blocks: [usize; 2]) -> f64 {
+        let lengths = self.moving(blocks).map(|block| self.diagonals[block]);
+        lengths.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Returns the speed of compression waves in the slower of two blocks, m/s. Blocks that are
+    /// prescribed do not count. Infinite if both are.
+    pub(crate) fn contact_wave_speed(&self, blocks: [usize; 2]) -> f64 {
+        let speeds = self.moving(blocks).map(|block| self.wave_speed(block));
+        speeds.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Returns the transit time of a contact, s: that of compression waves over its length in the
+    /// slower of the two blocks.
+    pub(crate) fn contact_transit(&self, blocks: [usize; 2]) -> f64 {
+        self.contact_length(blocks) / self.contact_wave_speed(blocks)
+    }
+
+    /// Returns the fraction of a speed below which a touch with all its energy loses less than
+    /// `energy_loss` of the energy at that speed.
+    pub(crate) fn slight_speed_ratio(&self) -> f64 {
+        self.energy_loss.sqrt()
+    }
+
+    /// Returns those of two blocks that are not prescribed.
+    pub(crate) fn moving(&self, blocks: [usize; 2]) -> impl Iterator<Item = usize> {
+        blocks
+            .into_iter()
+            .filter(|&block| !self.is_prescribed(block))
     }
 
     /// Requests elements of these `sizes`, m, on both sides of a predicted impact until the step
@@ -297,78 +327,123 @@ impl<const D: usize> Adaptivity<D> {
         self.state.kept_until[block] = self.state.kept_until[block].max(until);
     }
 
-    /// Records the refinement target of the impact of two blocks, with time, s, and speed, m/s.
+    /// Continues the impact of two blocks, if there is one, until the step `until`.
+    pub(crate) fn continue_impact(&mut self, blocks: [u32; 2], until: u64) {
+        self.state.impact_history.go_on(blocks, until);
+    }
+
+    /// Records the refinement target of the impact of two blocks.
     pub(crate) fn record_target(
         &mut self,
         blocks: [u32; 2],
         target: &RefinementTarget,
-        seen: [f64; 2],
+        approach: Approach,
     ) {
         self.state
             .impact_history
-            .record_target(blocks, target, seen);
+            .record_target(blocks, target, approach);
     }
 
-    /// Returns warnings for the user: the impacts predicted to lose more than `energy_loss`, and
-    /// the reasons.
+    /// Adds losses of pairs at first touches, J, to their impacts.
+    pub(crate) fn record_losses(&mut self, losses: impl Iterator<Item = ([u32; 2], f64)>) {
+        self.state.impact_history.record_losses(losses);
+    }
+
+    /// Returns true while an impact of two blocks goes on.
+    pub(crate) fn has_impact(&self, blocks: [u32; 2]) -> bool {
+        self.state.impact_history.has_impact(blocks)
+    }
+
+    /// Records that two blocks touch, which counts until the step `until`.
+    pub(crate) fn record_touch(&mut self, blocks: [u32; 2], until: u64) {
+        self.state.impact_history.record_touch(blocks, until);
+    }
+
+    /// Returns true if two blocks have touched lately.
+    pub(crate) fn has_touched(&self, blocks: [u32; 2]) -> bool {
+        self.state.impact_history.has_touched(blocks)
+    }
+
+    /// Returns warnings for the user: the impacts that have lost more than `energy_loss`, and the
+    /// reasons.
     pub(crate) fn warnings(&self) -> Vec<String> {
-        let name = |block: usize| &self.base_model.mesh.blocks[block].name;
-        let limited = self
-            .state
-            .impact_history
-            .limited()
-            .into_iter()
-            .map(|(limit, found)| {
-                let why = match limit {
-                RefinementLimit::Speed => {
-                    "at these speeds, strains of smaller elements would leave the elastic range"
-                        .to_owned()
-                }
-                RefinementLimit::Damping => {
-                    "stiffness-proportional damping of smaller elements would need much shorter \
-                     steps"
-                        .to_owned()
-                }
-                RefinementLimit::Level => format!("`max_level` is {}", self.max_level),
-                RefinementLimit::Step => format!(
+        let lossy = self.state.impact_history.lossy(self.energy_loss);
+        let lossy = lossy.into_iter();
+        lossy
+            .map(|(limit, found)| self.warning(limit, &found))
+            .collect()
+    }
+
+    /// Returns the warnings whose reason is new since the last call, of impacts that have ended.
+    pub(crate) fn take_new_warnings(&mut self) -> Vec<String> {
+        let new = self.state.impact_history.take_new();
+        new.iter()
+            .map(|(limit, found)| self.warning(*limit, found))
+            .collect()
+    }
+
+    /// Returns the warning of impacts that have lost too much for one reason.
+    fn warning(&self, limit: RefinementLimit, found: &LossyImpacts) -> String {
+        let name = |block: u32| &self.base_model.mesh.blocks[block as usize].name;
+        let [a, b] = found.blocks.map(name);
+        format!(
+            "number of impacts that lost more than `energy_loss` = {} of their energy at first \
+             touches: {}; {} (first of them: \"{a}\" and \"{b}\" at t = {}, at {} m/s, lost {} %)",
+            short(self.energy_loss),
+            found.count,
+            self.reason(limit),
+            quantity(found.approach.time, "s"),
+            significant(found.approach.speed, 3),
+            significant(100.0 * found.loss_fraction, 2)
+        )
+    }
+
+    /// Returns the reason of a limit, and what to try.
+    fn reason(&self, limit: RefinementLimit) -> String {
+        let reason = match limit {
+            RefinementLimit::Speed => {
+                "at these speeds, strains of smaller elements would leave the elastic range"
+            }
+            RefinementLimit::Damping => {
+                "stiffness-proportional damping of smaller elements would need much shorter steps"
+            }
+            RefinementLimit::Level => return format!("`max_level` is {}", self.max_level),
+            RefinementLimit::Step => {
+                return format!(
                     "smaller elements need shorter steps than 1/{} of the coarse step: try a \
                      smaller `time.step`",
                     1 << MAX_LEVEL
-                ),
-                RefinementLimit::Crowd => {
-                    "long or wide touches would need too many elements".to_owned()
-                }
-                RefinementLimit::Masses if self.max_level < 2 => format!(
+                );
+            }
+            RefinementLimit::Crowd => "long or wide touches would need too many elements",
+            RefinementLimit::Masses if self.max_level < 2 => {
+                return format!(
                     "with `max_level` = {}, refined blocks have too few nodes to keep their \
                      moments of inertia: set it to 2, use finer meshes, or set mass = \"lumped\"",
                     self.max_level
-                ),
-                RefinementLimit::Masses => {
-                    "the masses of smaller elements could not keep the moments of inertia: use \
-                     finer meshes of these blocks"
-                        .to_owned()
-                }
-            };
-                let [a, b] = found.blocks.map(|block| name(block as usize));
-                format!(
-                    "number of impacts with a predicted loss above `energy_loss` = {} at the first \
-                 touch: {}; {why} (first of them: \"{a}\" and \"{b}\" at t = {}, at {} m/s, with \
-                 a loss of at most {})",
-                    short(self.energy_loss),
-                    found.count,
-                    quantity(found.time, "s"),
-                    significant(found.speed, 3),
-                    significant(found.loss_fraction, 2)
-                )
-            });
-        limited.collect()
+                );
+            }
+            RefinementLimit::Masses => {
+                "the masses of smaller elements could not keep the moments of inertia: use finer \
+                 meshes of these blocks"
+            }
+            RefinementLimit::Rest => {
+                "touches so slow, or after so short a fall, count as rest and are not refined: if \
+                 they matter, use finer meshes of these blocks, or a smaller `time.step`"
+            }
+            RefinementLimit::Prediction => {
+                "their touches took more than predicted: try a smaller `energy_loss`, or finer \
+                 meshes of these blocks"
+            }
+        };
+        reason.to_owned()
     }
 
     /// Returns the overlays that may change before coarse step `number`: finer ones for blocks with
     /// new zones, and, if this is the `first` call of a step, every [`COARSENING_INTERVAL`] steps coarser ones for
     /// blocks with zones that are no longer needed.
     pub(crate) fn changes(&mut self, number: u64, first: bool) -> Vec<BlockChange<D>> {
-        self.state.impact_history.end(number);
+        self.state.impact_history.end(number, self.energy_loss);
         let mut waiting: Vec<usize> = self.state.waiting_blocks.drain(..).collect();
         waiting.sort_unstable();
         waiting.dedup();

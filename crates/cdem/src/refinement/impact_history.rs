@@ -1,6 +1,6 @@
-//! Current impacts, and the limits of those that lose too much.
+//! Current impacts, their losses, and the pairs that have touched lately.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
@@ -10,8 +10,16 @@ use crate::refinement::indicator::{RefinementLimit, RefinementTarget};
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct ImpactHistory {
     going: BTreeMap<[u32; 2], PastImpact>,
-    /// Ended impacts that lost more than wanted, by their limit.
-    limited: BTreeMap<RefinementLimit, LimitedImpacts>,
+    /// Ended impacts that have lost more than wanted, by their limit.
+    lossy: BTreeMap<RefinementLimit, LossyImpacts>,
+    /// For pairs that have touched lately: the last coarse step in which that counts.
+    touched_until: BTreeMap<[u32; 2], u64>,
+    /// Losses of the last coarse step that belong to no impact so far, J.
+    #[serde(skip)]
+    unforeseen: BTreeMap<[u32; 2], f64>,
+    /// Limits of ended impacts that the user has been told of.
+    #[serde(skip)]
+    told: BTreeSet<RefinementLimit>,
 }
 
 /// An impact.
@@ -21,25 +29,32 @@ struct PastImpact {
     energy: f64,
     /// Its last coarse step.
     until: u64,
-    /// Largest predicted loss of its touches, J, and the limit at that time.
+    /// Loss at first touches so far, J.
     loss: f64,
+    /// Largest predicted loss of its touches, J, and the limit at that time.
+    predicted_loss: f64,
     limit: Option<RefinementLimit>,
-    /// Time, s, and speed, m/s, of that prediction.
-    time: f64,
-    speed: f64,
+    /// The approach of that prediction.
+    approach: Approach,
     /// A block of it that could not be refined, and the reason.
     refused: Option<(u32, RefinementLimit)>,
 }
 
-/// Impacts that lose more than wanted, for one reason.
+/// Time, s, and speed, m/s, of two blocks that are about to touch.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Approach {
+    pub(crate) time: f64,
+    pub(crate) speed: f64,
+}
+
+/// Impacts that have lost more than wanted, for one reason.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct LimitedImpacts {
+pub(super) struct LossyImpacts {
     pub(super) count: u64,
-    /// The first of them: its blocks, time, s, and speed, m/s.
+    /// The first of them.
     pub(super) blocks: [u32; 2],
-    pub(super) time: f64,
-    pub(super) speed: f64,
-    /// Its predicted loss over its energy.
+    pub(super) approach: Approach,
+    /// Its loss over its energy.
     pub(super) loss_fraction: f64,
 }
 
@@ -48,13 +63,14 @@ impl ImpactHistory {
     /// continues it until the step `until`. Contacts that open and close again in it are no new
     /// impact.
     pub(super) fn record_energy(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
+        let loss = self.unforeseen.remove(&blocks).unwrap_or_default();
         let impact = self.going.entry(blocks).or_insert(PastImpact {
             energy,
             until,
-            loss: 0.0,
+            loss,
+            predicted_loss: 0.0,
             limit: None,
-            time: 0.0,
-            speed: 0.0,
+            approach: Approach::default(),
             refused: None,
         });
         impact.energy = impact.energy.max(energy);
@@ -62,20 +78,52 @@ impl ImpactHistory {
         impact.energy
     }
 
-    /// Records the refinement target of an impact at a time, s, and a speed, m/s, if its loss is
-    /// the largest so far.
+    /// Continues the impact of two blocks, if there is one, until the step `until`.
+    pub(super) fn go_on(&mut self, blocks: [u32; 2], until: u64) {
+        if let Some(impact) = self.going.get_mut(&blocks) {
+            impact.until = impact.until.max(until);
+        }
+    }
+
+    /// Records the refinement target of an impact if its predicted loss is the largest so far.
     pub(super) fn record_target(
         &mut self,
         blocks: [u32; 2],
         target: &RefinementTarget,
-        [time, speed]: [f64; 2],
+        approach: Approach,
     ) {
         if let Some(impact) = self.going.get_mut(&blocks)
-            && target.loss >= impact.loss
+            && target.loss >= impact.predicted_loss
         {
-            (impact.loss, impact.limit) = (target.loss, target.limit);
-            (impact.time, impact.speed) = (time, speed);
+            (impact.predicted_loss, impact.limit) = (target.loss, target.limit);
+            impact.approach = approach;
         }
+    }
+
+    /// Adds losses of pairs at first touches in a coarse step, J, to their impacts.
+    pub(super) fn record_losses(&mut self, losses: impl Iterator<Item = ([u32; 2], f64)>) {
+        self.unforeseen.clear();
+        for (blocks, loss) in losses {
+            match self.going.get_mut(&blocks) {
+                Some(impact) => impact.loss += loss,
+                None => *self.unforeseen.entry(blocks).or_default() += loss,
+            }
+        }
+    }
+
+    /// Returns true while an impact of two blocks goes on.
+    pub(super) fn has_impact(&self, blocks: [u32; 2]) -> bool {
+        self.going.contains_key(&blocks)
+    }
+
+    /// Records that two blocks touch, which counts until the step `until`.
+    pub(super) fn record_touch(&mut self, blocks: [u32; 2], until: u64) {
+        self.touched_until.insert(blocks, until);
+    }
+
+    /// Returns true if two blocks have touched lately.
+    pub(super) fn has_touched(&self, blocks: [u32; 2]) -> bool {
+        self.touched_until.contains_key(&blocks)
     }
 
     /// Records which of some `blocks`, sorted, could not be refined for their impacts, and the
@@ -104,49 +152,74 @@ impl ImpactHistory {
 
     /// Returns true if all block numbers are below `blocks`.
     pub(super) fn are_of(&self, blocks: usize) -> bool {
-        let limited = self.limited.values().map(|limited| &limited.blocks);
-        let mut all = self.going.keys().chain(limited).flatten();
+        let lossy = self.lossy.values().map(|lossy| &lossy.blocks);
+        let pairs = self.going.keys().chain(self.touched_until.keys());
+        let mut all = pairs.chain(lossy).flatten();
         all.all(|&block| (block as usize) < blocks)
     }
 
-    /// Ends the impacts whose last step is before `number`.
-    pub(super) fn end(&mut self, number: u64) {
-        let Self { going, limited } = self;
+    /// Ends the impacts and touches whose last step is before `number`. Counts the impacts that
+    /// have lost more than a fraction `wanted` of their energy.
+    pub(super) fn end(&mut self, number: u64, wanted: f64) {
+        let Self {
+            going,
+            lossy,
+            touched_until,
+            ..
+        } = self;
+        touched_until.retain(|_, until| *until >= number);
         going.retain(|blocks, impact| {
             let goes_on = impact.until >= number;
             if !goes_on {
-                impact.count(*blocks, limited);
+                impact.count(*blocks, wanted, lossy);
             }
             goes_on
         });
     }
 
-    /// Returns the impacts that lose more than wanted, by their limit.
-    pub(super) fn limited(&self) -> BTreeMap<RefinementLimit, LimitedImpacts> {
-        let mut limited = self.limited.clone();
+    /// Returns the ended impacts that have lost more than wanted, by their limit, if the limit is
+    /// new since the last call.
+    pub(super) fn take_new(&mut self) -> Vec<(RefinementLimit, LossyImpacts)> {
+        let Self { lossy, told, .. } = self;
+        let new = lossy.iter().filter(|(limit, _)| told.insert(**limit));
+        new.map(|(&limit, &found)| (limit, found)).collect()
+    }
+
+    /// Returns the impacts that have lost more than a fraction `wanted` of their energy, by their
+    /// limit.
+    pub(super) fn lossy(&self, wanted: f64) -> BTreeMap<RefinementLimit, LossyImpacts> {
+        let mut lossy = self.lossy.clone();
         for (blocks, impact) in &self.going {
-            impact.count(*blocks, &mut limited);
+            impact.count(*blocks, wanted, &mut lossy);
         }
-        limited
+        lossy
     }
 }
 
 impl PastImpact {
-    /// Counts the impact if it loses too much.
-    fn count(&self, blocks: [u32; 2], limited: &mut BTreeMap<RefinementLimit, LimitedImpacts>) {
-        let Some(limit) = self.refused.map(|(_, limit)| limit).or(self.limit) else {
+    /// Counts the impact if it has lost more than a fraction `wanted` of its energy.
+    fn count(
+        &self,
+        blocks: [u32; 2],
+        wanted: f64,
+        lossy: &mut BTreeMap<RefinementLimit, LossyImpacts>,
+    ) {
+        if self.loss <= wanted * self.energy {
             return;
-        };
-        let own = LimitedImpacts {
+        }
+        let refused = self.refused.map(|(_, limit)| limit);
+        let limit = refused
+            .or(self.limit)
+            .unwrap_or(RefinementLimit::Prediction);
+        let own = LossyImpacts {
             count: 0,
             blocks,
-            time: self.time,
-            speed: self.speed,
+            approach: self.approach,
             loss_fraction: self.loss / self.energy,
         };
-        let known = limited.entry(limit).or_insert(own);
+        let known = lossy.entry(limit).or_insert(own);
         let count = known.count + 1;
-        if own.time < known.time {
+        if own.approach.time < known.approach.time {
             *known = own;
         }
         known.count = count;

@@ -19,9 +19,10 @@ const LAYERS: f64 = 8.0;
 /// For faces that meet flush in 3-D, each halving would take four times as many.
 const MAX_ELEMENTS: f64 = 8192.0;
 
-/// Lower bound of the size of elements under a point load, over block size times approach speed
-/// over the speed of compression waves. Strain grows towards the point as one over the distance: in
-/// smaller elements it would leave the elastic range.
+/// Lower bound of the size of elements under a point load, over the length of the contact
+/// ([`Adaptivity::contact_length`]) times approach speed over the speed of compression waves. The
+/// smaller block gives the load. Strain grows towards the point as one over the distance: in smaller
+/// elements it would leave the elastic range.
 const PRESSED: f64 = 8.0;
 
 /// Lower bound of the element size over the path of compression waves in the time of
@@ -84,6 +85,10 @@ pub(crate) enum RefinementLimit {
     Crowd,
     /// No masses of a finer mesh keep the moments of inertia.
     Masses,
+    /// The approach is so slow that it counts as rest.
+    Rest,
+    /// None: the touches have lost more than predicted.
+    Prediction,
 }
 
 impl<const D: usize> ImpactPrediction<D> {
@@ -177,6 +182,16 @@ impl<const D: usize> Adaptivity<D> {
         RefinementTarget { sizes, loss, limit }
     }
 
+    /// Returns the target of touches that count as rest: the sizes of the base mesh.
+    pub(crate) fn target_at_rest(&self, impacts: &[ImpactPrediction<D>]) -> RefinementTarget {
+        let sizes: Vec<[f64; 2]> = impacts.iter().map(|impact| impact.sizes).collect();
+        RefinementTarget {
+            loss: self.loss(impacts, &sizes),
+            limit: Some(RefinementLimit::Rest),
+            sizes,
+        }
+    }
+
     /// Returns the element sizes on both sides, m, whose transit time is that of the slower side
     /// after `level` halvings. No size is below its least value or above its base size.
     fn sizes(&self, impact: &ImpactPrediction<D>, level: u32, pressed: f64) -> [f64; 2] {
@@ -202,7 +217,8 @@ impl<const D: usize> Adaptivity<D> {
     ) -> (f64, RefinementLimit) {
         let (block, size) = (impact.blocks[side], impact.sizes[side]);
         let halved = |times: u32| 0.5_f64.powi(times as i32) * size;
-        let pressed = pressed * impact.speed / self.wave_speed(block) * self.diagonals[block];
+        let length = self.contact_length(impact.blocks);
+        let pressed = pressed * impact.speed / self.wave_speed(block) * length;
         let damping = self.base_model.material(block).damping.stiffness;
         let damped = DAMPED * damping * self.wave_speed(block);
         let limits = [

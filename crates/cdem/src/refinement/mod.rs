@@ -43,6 +43,7 @@ use crate::refinement::bisection::{BisectedSimplex, BisectedTetrahedron, Bisecte
 pub(crate) use crate::refinement::cost_estimate::ASSUMED_SPEED;
 #[cfg(test)]
 use crate::refinement::forest::Forest;
+pub(crate) use crate::refinement::impact_history::Approach;
 pub(crate) use crate::refinement::indicator::ImpactPrediction;
 pub(crate) use crate::refinement::overlay::{MakeOverlay, Overlay, plane_overlay, solid_overlay};
 pub(crate) use crate::refinement::refined_block::RefinedBlock;

@@ -218,6 +218,12 @@ impl Simulation {
         each!(mut self, driven => driven.warnings(watch_energy))
     }
 
+    /// Returns the warnings of losses at first touches whose reason is new since the last call.
+    /// They are in [`Self::warnings`], too.
+    pub fn take_loss_warnings(&mut self) -> Vec<String> {
+        each!(mut self, driven => driven.take_loss_warnings())
+    }
+
     /// True if an energy residual stops the run. The penalty model is a reference for comparison:
     /// its energy error is reported but does not stop the run.
     fn watches_energy(&self) -> bool {

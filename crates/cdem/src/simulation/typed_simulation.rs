@@ -142,6 +142,14 @@ impl<const D: usize> TypedSimulation<D> {
         ValidityGuard::check_energy(&row, &self.report.exchange, watch_energy)
     }
 
+    /// Returns the warnings of losses at first touches whose reason is new since the last call.
+    pub(crate) fn take_loss_warnings(&mut self) -> Vec<String> {
+        let adaptivity = self.run.adaptivity.as_mut();
+        adaptivity
+            .map(Adaptivity::take_new_warnings)
+            .unwrap_or_default()
+    }
+
     pub(crate) fn warnings(&mut self, watch_energy: bool) -> Vec<String> {
         let mut warnings = self.report.validity.warnings(&self.run);
         let contacts = self.run.contacts.as_ref();

@@ -126,6 +126,9 @@ impl<const D: usize> Run<D> {
         self.workspace.schedule = schedule;
         self.state.number += 1;
         if let Some(contacts) = &mut self.contacts {
+            if let Some(adaptivity) = &mut self.adaptivity {
+                adaptivity.record_losses(contacts.step_losses());
+            }
             contacts.end_step(self.model.step);
         }
         // The next step is prepared now, so that a report between two steps sees the state as the

@@ -68,6 +68,8 @@ pub(crate) struct ContactHistory {
     pub(crate) area: f64,
     /// Normal impulse of the present coarse step, N·s.
     pub(crate) step_impulse: f64,
+    /// Impact loss of the present coarse step by normal impulses, J.
+    pub(crate) step_loss: f64,
     /// Largest normal impulse of a coarse step over the step, N.
     pub(crate) peak_normal_force: f64,
     /// Sum of normal impulses, N·s.
@@ -101,6 +103,7 @@ impl ContactHistory {
     pub(crate) fn end_step(&mut self, step: f64) {
         self.peak_normal_force = self.peak_normal_force.max(self.step_impulse / step);
         self.step_impulse = 0.0;
+        self.step_loss = 0.0;
     }
 }
 

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::contact::constraint::contact_constraint::Constraint;
-use crate::contact::constraint::contact_point::ContactPoint;
+use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint};
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::energy::ContactEnergies;
 use crate::contact::interior::{BodyCoupling, VelocityJump};
@@ -106,13 +106,29 @@ impl<const D: usize> Island<D> {
             &mut bodies.received.of_contacts,
             energies,
         );
-        energies.impact_loss -= coupling.finish_impact(
+        let recovered = coupling.finish_impact(
             touch,
             motion,
             remaining,
             of_bodies.factor,
             &mut bodies.received.on_prescribed,
         );
+        energies.impact_loss -= recovered;
+        self.share_recovery(recovered);
+    }
+
+    /// Takes the energy that the bodies recover at a touch, J, from the losses of the new
+    /// contacts, in equal shares.
+    fn share_recovery(&mut self, recovered: f64) {
+        let new = self
+            .contact_points
+            .iter_mut()
+            .filter(|contact| contact.is_new);
+        let histories: Vec<&mut ContactHistory> = new.map(|contact| &mut contact.history).collect();
+        let share = recovered / histories.len() as f64;
+        for history in histories {
+            history.step_loss -= share;
+        }
     }
 
     /// Solves for the velocities after the impact, with the `impulses` of the bodies acting at
@@ -238,7 +254,7 @@ impl<const D: usize> Island<D> {
         for (contact, (constraint, old)) in self.contact_points.iter_mut().zip(solved) {
             let new = constraint.jacobian.relative_velocities(motion.velocity);
             let added = constraint.added();
-            energies.book_work(&added, [old, &new], true);
+            contact.history.step_loss += energies.book_work(&added, [old, &new], true);
             contact
                 .history
                 .count(&constraint.impulse_before, &constraint.impulse);

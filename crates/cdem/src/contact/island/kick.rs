@@ -181,7 +181,8 @@ impl<const D: usize> Island<D> {
             let jacobian = &constraint.jacobian;
             let [old, new] =
                 [kick.before, motion.velocity].map(|v| jacobian.relative_velocities(v));
-            energies.book_work(&constraint.impulse, [&old, &new], contact.is_new);
+            contact.history.step_loss +=
+                energies.book_work(&constraint.impulse, [&old, &new], contact.is_new);
             losses_before.book_work(&constraint.impulse, [&old, &old], contact.is_new);
             energies.penetration = energies.penetration.max(contact.depth(jacobian));
             (contact.is_new, contact.normal) = (false, jacobian.frame[0]);

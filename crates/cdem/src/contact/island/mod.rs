@@ -267,6 +267,7 @@ impl<const D: usize> Island<D> {
             position: pad(&surface.point(pair, at)),
             area,
             step_impulse: 0.0,
+            step_loss: 0.0,
             peak_normal_force: 0.0,
             normal_impulse: 0.0,
             shear_impulse: 0.0,

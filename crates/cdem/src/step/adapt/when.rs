@@ -4,13 +4,14 @@
 use std::collections::BTreeSet;
 
 use crate::contact::Contacts;
+use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::prediction::PredictedImpact;
 use crate::math::profile::Stage;
 use crate::math::vector::{add_scaled, norm, scale};
 use crate::mesh::Mesh;
 use crate::model::positions::Positions;
 use crate::refinement::{
-    Adaptivity, BlockChange, ImpactNode, ImpactPrediction, MeshTransfer, RigidModes,
+    Adaptivity, Approach, BlockChange, ImpactNode, ImpactPrediction, MeshTransfer, RigidModes,
 };
 use crate::step::Run;
 
@@ -21,18 +22,27 @@ const PREDICTION_HORIZON: f64 = 1.5;
 /// Maximum number of searches for contacts of new nodes on refined faces in one step.
 const MAX_ROUNDS: usize = 8;
 
-/// An approach is no impact up to this multiple of the speed that gravity adds in a coarse step,
-/// and in the transit time of waves across the larger block. Resting contacts open and close at the
-/// first speed, settling ones at the second: their own vibration has four times that period.
-const RESTING_SPEED: f64 = 4.0;
-const SETTLING_SPEED: f64 = 4.0;
+/// The approach of two blocks that have touched lately is rest up to the speed that gravity adds in
+/// this many coarse steps: resting contacts open and close at such speeds.
+const RESTING_STEPS: f64 = 4.0;
 
-/// An approach is no impact up to this speed, in contact tolerances per transit time of waves
-/// across the larger block.
-const SLIGHT_SPEED: f64 = 1e-2;
+/// It is rest, too, up to the speed that gravity adds in this many transit times of the contact. A
+/// collision lasts two: a wave goes through the smaller block and back. A slower approach gets more
+/// momentum from gravity in that time than it brings, so it is a load that gravity puts on, not an
+/// impact.
+const SETTLING_TRANSITS: f64 = 2.0;
 
-/// Duration for which a contact counts as an impact, over the transit time of waves across the
-/// larger of its blocks: two round trips.
+/// Duration for which a touch counts as lately, over the transit time of the contact: that in which
+/// gravity brings a block back that has left at the speed of settling.
+const LATELY_TRANSITS: f64 = 2.0 * SETTLING_TRANSITS;
+
+/// It is rest, too, up to this speed, over the speed of compression waves: the strain of such an
+/// impact. Blocks that loads or plates press together open and close at such speeds, without
+/// gravity.
+const SLIGHT_STRAIN: f64 = 1e-6;
+
+/// Duration for which a contact counts as an impact, over its transit time: two round trips of
+/// waves through the smaller block.
 const IMPACT_TRANSITS: f64 = 4.0;
 
 /// Duration for which a zone is kept while its blocks touch elsewhere, and after they have
@@ -192,23 +202,46 @@ impl<const D: usize> Run<D> {
         let rest = Positions::at_rest(&self.model.mesh.nodes).into();
         let velocity = &self.state.velocity;
         for (blocks, places) in self.workspace.predicted_impacts.by_blocks() {
-            self.request_zones_for_impact(adaptivity, blocks, places, contacts.resolution());
+            self.request_zones_for_impact(adaptivity, blocks, places);
         }
         for place in contacts.touching_pairs(at, velocity, rest) {
-            let transit = self.transit(adaptivity, place.blocks);
-            let since = place.since.unwrap_or_default();
-            if self.time() - since <= IMPACT_TRANSITS * transit {
-                let until = self.until(ZONE_TRANSITS * transit);
-                let [a, b] = place.blocks;
-                adaptivity.record_impact([a.min(b), a.max(b)], 0.0, until);
-                for (block, rest) in place.blocks.iter().zip(&place.rest) {
-                    let slip = [place.slip, place.slip_rate * self.model.step];
-                    adaptivity.keep(*block as usize, rest, slip, until);
-                    adaptivity
-                        .keep_until(*block as usize, self.until(SEPARATED_TRANSITS * transit));
-                }
-            }
+            self.keep_zones_at(adaptivity, &place);
         }
+    }
+
+    /// Keeps the zones at a closed pair while its contact is an impact, and records the touch.
+    fn keep_zones_at(&self, adaptivity: &mut Adaptivity<D>, place: &PredictedImpact<D>) {
+        let blocks = ordered(place.blocks);
+        let transit = adaptivity.contact_transit(blocks.map(|block| block as usize));
+        if !transit.is_finite() {
+            return;
+        }
+        let since = place.since.unwrap_or_default();
+        if since > 0.0 && !adaptivity.has_touched(blocks) && !adaptivity.has_impact(blocks) {
+            self.record_unforeseen(adaptivity, place);
+        }
+        adaptivity.record_touch(blocks, self.until(LATELY_TRANSITS * transit));
+        if self.time() - since > IMPACT_TRANSITS * transit {
+            return;
+        }
+        let until = self.until(ZONE_TRANSITS * transit);
+        adaptivity.continue_impact(blocks, until);
+        let slip = [place.slip, place.slip_rate * self.model.step];
+        for (block, rest) in place.blocks.iter().zip(&place.rest) {
+            adaptivity.keep(*block as usize, rest, slip, until);
+            adaptivity.keep_until(*block as usize, self.until(SEPARATED_TRANSITS * transit));
+        }
+    }
+
+    /// Records a first touch that no prediction has seen, after a fall of a step or two.
+    fn record_unforeseen(&self, adaptivity: &mut Adaptivity<D>, place: &PredictedImpact<D>) {
+        let blocks = ordered(place.blocks);
+        let speed = self.rest_speed(adaptivity, blocks);
+        let place = PredictedImpact {
+            speed,
+            ..place.clone()
+        };
+        self.record_rest(adaptivity, blocks, &[place], [speed; 2]);
     }
 
     /// Returns the number of the coarse step that is `duration` seconds from now.
@@ -216,46 +249,44 @@ impl<const D: usize> Run<D> {
         self.state.number + (duration / self.model.step).ceil() as u64 + 1
     }
 
-    /// Returns the transit time of waves across the larger of two blocks, s.
-    fn transit(&self, adaptivity: &Adaptivity<D>, blocks: [u32; 2]) -> f64 {
-        let of = |block: u32| adaptivity.transit(block as usize);
-        let moves = blocks
-            .into_iter()
-            .filter(|&b| !adaptivity.is_prescribed(b as usize));
-        moves.map(of).fold(0.0, f64::max)
+    /// Returns the approach speed up to which a touch of two blocks is rest, m/s. After a free
+    /// flight that is the speed of a fall as short as the prediction: longer falls are impacts.
+    fn rest_speed(&self, adaptivity: &Adaptivity<D>, blocks: [u32; 2]) -> f64 {
+        let gravity = norm(&self.model.gravity_at(self.time()));
+        if !adaptivity.has_touched(blocks) {
+            return gravity * PREDICTION_HORIZON * self.model.step;
+        }
+        let blocks = blocks.map(|block| block as usize);
+        let settling = SETTLING_TRANSITS * adaptivity.contact_transit(blocks);
+        let of_gravity = gravity * settling.max(RESTING_STEPS * self.model.step);
+        of_gravity.max(SLIGHT_STRAIN * adaptivity.contact_wave_speed(blocks))
     }
 
-    /// Requests zones for the predicted impacts of two blocks.
+    /// Requests zones for the predicted impacts of two blocks, unless these are at rest.
     fn request_zones_for_impact(
         &self,
         adaptivity: &mut Adaptivity<D>,
         blocks: [u32; 2],
         places: &[PredictedImpact<D>],
-        tolerance: f64,
     ) {
-        let transit = self.transit(adaptivity, blocks);
-        let gravity = norm(&self.model.gravity_at(self.time()));
-        let slight = f64::max(
-            gravity * f64::max(RESTING_SPEED * self.model.step, SETTLING_SPEED * transit),
-            SLIGHT_SPEED * tolerance / transit,
-        );
-        let mut nodes = BTreeSet::new();
-        let impacts: Vec<ImpactPrediction<D>> = places
-            .iter()
-            .filter(|place| place.speed > slight)
-            .map(|place| ImpactPrediction {
-                is_first_of_node: nodes.insert(place.nodes[0]),
-                ..self.impact_prediction(adaptivity, place)
-            })
-            .collect();
+        let transit = adaptivity.contact_transit(blocks.map(|block| block as usize));
+        if !transit.is_finite() {
+            return;
+        }
+        let rest_speed = self.rest_speed(adaptivity, blocks);
+        let fastest = places.iter().map(|place| place.speed).fold(0.0, f64::max);
+        if fastest <= rest_speed {
+            self.record_rest(adaptivity, blocks, places, [fastest, rest_speed]);
+            return;
+        }
+        let impacts = self.impact_predictions(adaptivity, places, rest_speed);
         let Some(mobility) = self.mobility(&impacts) else {
             return;
         };
-        let fastest = impacts.iter().map(|e| e.speed).fold(0.0, f64::max);
         let until = self.until(ZONE_TRANSITS * transit);
         let energy = adaptivity.record_impact(blocks, 0.5 * fastest * fastest / mobility, until);
         let target = adaptivity.refinement_target(&impacts, energy);
-        adaptivity.record_target(blocks, &target, [self.time(), fastest]);
+        adaptivity.record_target(blocks, &target, self.approach_at(fastest));
         let are_flush = ImpactPrediction::are_flush(&impacts);
         for (impact, sizes) in impacts.iter().zip(target.sizes) {
             adaptivity.request_zone(impact, sizes, are_flush, until);
@@ -263,6 +294,57 @@ impl<const D: usize> Run<D> {
         for block in blocks {
             adaptivity.keep_until(block as usize, self.until(SEPARATED_TRANSITS * transit));
         }
+    }
+
+    /// Records touches that are rest, so that a run can tell of their losses. Unless an impact goes
+    /// on, these are compared with the energy at the speed of rest. Far below that speed they cannot
+    /// matter.
+    fn record_rest(
+        &self,
+        adaptivity: &mut Adaptivity<D>,
+        blocks: [u32; 2],
+        places: &[PredictedImpact<D>],
+        [fastest, rest_speed]: [f64; 2],
+    ) {
+        if fastest <= adaptivity.slight_speed_ratio() * rest_speed {
+            return;
+        }
+        let impacts = self.impact_predictions(adaptivity, places, 0.0);
+        let Some(mobility) = self.mobility(&impacts) else {
+            return;
+        };
+        let speed = if adaptivity.has_impact(blocks) {
+            fastest
+        } else {
+            rest_speed
+        };
+        let transit = adaptivity.contact_transit(blocks.map(|block| block as usize));
+        let until = self.until(ZONE_TRANSITS * transit);
+        adaptivity.record_impact(blocks, 0.5 * speed * speed / mobility, until);
+        let target = adaptivity.target_at_rest(&impacts);
+        adaptivity.record_target(blocks, &target, self.approach_at(fastest));
+    }
+
+    /// Returns the present approach of two blocks at a speed, m/s.
+    fn approach_at(&self, speed: f64) -> Approach {
+        let time = self.time();
+        Approach { time, speed }
+    }
+
+    /// Returns the impact predictions of the places that approach faster than `slowest`, m/s.
+    fn impact_predictions(
+        &self,
+        adaptivity: &Adaptivity<D>,
+        places: &[PredictedImpact<D>],
+        slowest: f64,
+    ) -> Vec<ImpactPrediction<D>> {
+        let mut nodes = BTreeSet::new();
+        let places = places.iter().filter(|place| place.speed > slowest);
+        let prediction = |place: &PredictedImpact<D>| ImpactPrediction {
+            is_first_of_node: nodes.insert(place.nodes[0]),
+            ..self.impact_prediction(adaptivity, place)
+        };
+        places.map(prediction).collect()
     }
 
     /// Returns the impact prediction of a contact site: sizes, masses and halvings of its elements.
