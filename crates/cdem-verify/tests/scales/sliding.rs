@@ -31,16 +31,18 @@ fn feet_slide_along_a_strip() {
     let pressed = sled.velocity[1] + 0.03 + load * time / sled.mass;
     let exact = friction * pressed;
     let lost = 24.0 - sled.velocity[0];
-    let contacts = simulation.live_contacts();
+    // The feet may lift off for a moment when the mesh becomes coarse, which begins a new contact.
+    let ended = simulation.ended_contacts();
+    let live = simulation.live_contacts();
+    let slips = ended.iter().chain(&live).map(|contact| contact.slip);
+    let slip = 0.5 * slips.sum::<f64>();
     println!(
-        "slid {:.2} and {:.2} m, {most} elements at most; {lost:.6} m/s lost along the strip, exact {exact:.6}; \
+        "slid {slip:.2} m, {most} elements at most; {lost:.6} m/s lost along the strip, exact {exact:.6}; \
          remesh loss {:.1e}, {balance:?}",
-        contacts[0].slip,
-        contacts[1].slip,
         simulation.history().remesh_loss,
     );
     assert!(checked > 40, "{checked}");
-    assert!(contacts.iter().all(|contact| contact.slip > 20.0 * 0.25));
+    assert!(slip > 20.0 * 0.25, "{slip}");
     // 0.6 % more is measured: the effect of first touches and vibration.
     assert!((lost / exact - 1.0).abs() < 1e-2, "{lost} {exact}");
     // A strip refined along its whole length would have thousands of elements.
