@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::tolerances::UNSOLVED;
 use crate::math::profile::{Stage, Stopwatch};
+use crate::model::ledger::WorkVelocity;
 
 /// Losses, J, and counts of contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -22,6 +23,9 @@ pub(crate) struct ContactEnergies {
     pub(crate) overtravel_count: u64,
     /// Deepest penetration at the start of a kick, m.
     pub(crate) penetration: f64,
+    /// Velocity at which the work of impulses is taken.
+    #[serde(skip)]
+    pub(crate) at: WorkVelocity,
     /// Time that contact takes.
     #[serde(skip)]
     pub(crate) watch: Stopwatch,
@@ -61,6 +65,7 @@ impl ContactEnergies {
     /// Returns an empty account of the same kind, for another thread.
     pub(super) fn empty_copy(&self) -> Self {
         Self {
+            at: self.at,
             watch: self.watch.for_thread(),
             ..Self::default()
         }
@@ -108,7 +113,11 @@ impl ContactEnergies {
         [old, new]: [&[f64; D]; 2],
         impact: bool,
     ) -> f64 {
-        let work = |r: usize| 0.5 * impulse[r] * (old[r] + new[r]);
+        let end = match self.at {
+            WorkVelocity::Mean => new,
+            WorkVelocity::Before => old,
+        };
+        let work = |r: usize| 0.5 * impulse[r] * (old[r] + end[r]);
         let normal_loss = -work(0);
         self.impact_loss += normal_loss;
         let sheared: f64 = (1..D).map(work).sum();

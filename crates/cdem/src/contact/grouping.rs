@@ -17,7 +17,6 @@ impl<const D: usize> Contacts<D> {
     /// Builds the islands of near and closed pairs, if these or the time levels have
     /// changed.
     pub(crate) fn group(&mut self, inertia: &InverseMass<D>, neighbours: ElementNeighbours) {
-        self.workspace.preview = None;
         if self.workspace.islands_outdated {
             let contact_points = self.state.take_contact_points();
             self.build_islands(contact_points, inertia, neighbours);

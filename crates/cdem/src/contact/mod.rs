@@ -30,7 +30,6 @@ use crate::contact::detection::candidates::StepSpeeds;
 use crate::contact::energy::{ContactEnergies, DriftImpulses};
 use crate::contact::interior::BodyCoupling;
 use crate::contact::island::parallel::{self, IslandKicks, IslandsInKick};
-use crate::contact::island::preview::{KickInputs, KickPreview};
 use crate::contact::island::{Bodies, Island};
 use crate::contact::model_data::{ContactLengths, ContactModelData};
 use crate::contact::state::{ContactState, ContactWorkspace};
@@ -42,6 +41,7 @@ use crate::math::profile::Stage;
 use crate::mesh::Mesh;
 use crate::model::inverse_mass::InverseMass;
 use crate::model::kinematics::NodalMotion;
+use crate::model::ledger::WorkVelocity;
 use crate::scene::{ContactModel, Scene};
 
 /// All contact between the blocks of a model.
@@ -188,77 +188,58 @@ impl<const D: usize> Contacts<D> {
             workspace,
         } = self;
         state.energies.watch.skip();
-        let preview = workspace.preview.take();
-        let after = preview
-            .and_then(|preview| preview.islands_after(&state.islands, kick, motion.velocity));
-        let times = kick.times;
-        let ended = if let Some(after) = after {
-            state.islands = after;
-            parallel::apply_kicks(&state.islands, times, motion.velocity, received);
-            parallel::finish_kicks(&mut state.islands, times, &mut state.energies)
-        } else {
-            let contacts = state.contact_points().count();
-            let context = data.context(inertia);
-            let cache = &mut workspace.geometry_cache;
-            *cache = context.surface.geometry_cache(contacts, cache.take());
-            let motion = &mut KickedView::new(motion, cache.as_ref());
-            let islands = IslandsInKick {
-                islands: &mut state.islands,
-                copies: &workspace.velocity_copies,
-            };
-            let energies = &mut state.energies;
-            if data.model == ContactModel::Penalty {
-                kick_penalty(islands.islands, &context, motion, kick, received, energies)
-            } else {
-                parallel::solve_kicks(islands, &context, motion, kick, energies);
-                parallel::apply_kicks(&state.islands, times, motion.velocity, received);
-                parallel::finish_kicks(&mut state.islands, times, &mut state.energies)
-            }
+        let contacts = state.contact_points().count();
+        let context = data.context(inertia);
+        let cache = &mut workspace.geometry_cache;
+        *cache = context.surface.geometry_cache(contacts, cache.take());
+        let motion = &mut KickedView::new(motion, cache.as_ref());
+        let islands = IslandsInKick {
+            islands: &mut state.islands,
+            copies: &workspace.velocity_copies,
         };
+        let energies = &mut state.energies;
+        let ended = kick_islands(
+            data.model, islands, &context, motion, kick, received, energies,
+        );
         let ended = ended.into_iter();
         state
             .ended
-            .extend(ended.map(|history| history.ended(times.time)));
+            .extend(ended.map(|history| history.ended(kick.times.time)));
         state.energies.watch.lap(Stage::Geometry);
     }
 
-    /// Computes a kick as [`Self::kick`] does, but on a copy of the islands. Returns the energies
-    /// of that kick, with the work taken at the velocities before it. If the next kick is the same,
-    /// it will take the result over.
+    /// Computes a kick as [`Self::kick`] does, but on a copy of the islands. Returns the
+    /// energies of that kick, with the work taken at the velocities before it.
     pub(crate) fn preview_kick(
-        &mut self,
+        &self,
         motion: &mut NodalMotion<D>,
         inertia: &InverseMass<D>,
         kick: &IslandKicks<D>,
         received: &mut Vec<(u32, [f64; D])>,
     ) -> ContactEnergies {
         let context = self.model_data.context(inertia);
-        let contacts = self.state.contact_points().count();
+        let mut energies = ContactEnergies {
+            at: WorkVelocity::Before,
+            ..ContactEnergies::default()
+        };
+        let contacts = self.contact_points().count();
         let cache = context.surface.geometry_cache(contacts, None);
         let motion = &mut KickedView::new(motion, cache.as_ref());
-        let mut islands = self.state.islands.clone();
-        let mut energies = ContactEnergies::default();
-        if self.model_data.model == ContactModel::Penalty {
-            kick_penalty(
-                &mut islands,
-                &context,
-                motion,
-                kick,
-                received,
-                &mut energies,
-            );
-            return energies;
-        }
-        let inputs = KickInputs::new(&islands, kick, motion.velocity);
-        let copies = IslandsInKick {
-            islands: &mut islands,
+        let (model, islands) = (self.model_data.model, &mut self.state.islands.clone());
+        let islands = IslandsInKick {
+            islands,
             copies: &self.workspace.velocity_copies,
         };
-        parallel::solve_kicks(copies, &context, motion, kick, &energies);
-        parallel::apply_kicks(&islands, kick.times, motion.velocity, received);
-        let losses = parallel::losses_before(&islands, kick.times);
-        self.workspace.preview = Some(KickPreview::new(islands, inputs));
-        losses
+        kick_islands(
+            model,
+            islands,
+            &context,
+            motion,
+            kick,
+            received,
+            &mut energies,
+        );
+        energies
     }
 
     /// Moves the islands that are due through their drift, from one first touch to the next. Adds
@@ -412,19 +393,28 @@ impl<const D: usize> Contacts<D> {
     }
 }
 
-/// Applies the spring forces of the islands that are due in a kick of the penalty model. Adds their
-/// impulses to a list, N·s. Returns the contacts that have ended.
-fn kick_penalty<const D: usize>(
-    islands: &mut [Island<D>],
+/// Applies the contact impulses of the islands that are due in a kick. Adds them to a list, N·s.
+/// Returns the contacts that have ended.
+fn kick_islands<const D: usize>(
+    model: ContactModel,
+    islands: IslandsInKick<D>,
     context: &ContactContext<D>,
     motion: &mut KickedView<D>,
     kick: &IslandKicks<D>,
     received: &mut Vec<(u32, [f64; D])>,
     energies: &mut ContactEnergies,
 ) -> Vec<ContactHistory> {
+    if model != ContactModel::Penalty {
+        return parallel::kick(islands, context, motion, kick, received, energies);
+    }
     let press = |island: &mut Island<D>| {
         let span = island.kick_span(kick.times)?;
         Some(island.kick_penalty(context, motion, kick, span.interval, received, energies))
     };
-    islands.iter_mut().filter_map(press).flatten().collect()
+    islands
+        .islands
+        .iter_mut()
+        .filter_map(press)
+        .flatten()
+        .collect()
 }

@@ -8,7 +8,6 @@ use crate::contact::energy::ContactEnergies;
 use crate::contact::grouping::IslandIndex;
 use crate::contact::island::Island;
 use crate::contact::island::parallel::VelocityCopies;
-use crate::contact::island::preview::KickPreview;
 use crate::contact::surface::Pair;
 use crate::contact::surface::geometry_cache::GeometryCache;
 use crate::math::restore::{ResumeError, require};
@@ -103,8 +102,6 @@ pub(super) struct ContactWorkspace<const D: usize> {
     pub(super) velocity_copies: VelocityCopies<D>,
     /// Geometry cache of the surface in a kick.
     pub(super) geometry_cache: Option<GeometryCache<D>>,
-    /// The next kick, if a report has computed it since the islands were made.
-    pub(super) preview: Option<KickPreview<D>>,
 }
 
 impl<const D: usize> ContactWorkspace<D> {
@@ -118,7 +115,6 @@ impl<const D: usize> ContactWorkspace<D> {
             lists: StepLists::default(),
             velocity_copies: VelocityCopies::default(),
             geometry_cache: None,
-            preview: None,
         }
     }
 }

@@ -55,7 +55,7 @@ impl NodeDrifts<'_> {
 }
 
 /// Interval of a kick, and duration of the drift after it, s.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct KickSpan {
     pub(crate) interval: f64,
     pub(crate) drift: f64,

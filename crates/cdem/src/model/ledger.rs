@@ -60,3 +60,13 @@ impl Ledger {
         self.impulse.add_sum(factor, &other.impulse);
     }
 }
+
+/// Velocity at which the impulses of a kick do their work.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum WorkVelocity {
+    /// Mean of the velocities before and after the kick: for the whole kick.
+    #[default]
+    Mean,
+    /// Velocity before the kick: for the part of the kick that belongs to the interval before.
+    Before,
+}

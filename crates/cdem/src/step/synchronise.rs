@@ -38,7 +38,7 @@ impl<const D: usize> Run<D> {
             &substep,
         );
         let mut half = Ledger::default();
-        let (ledgers, received) = self.preview_contacts(&mut velocity, time);
+        let (ledgers, received) = self.preview_contacts(&mut velocity);
         for (node, impulse) in &received {
             add_scaled(
                 &mut self.workspace.impulses.contact[*node as usize],
@@ -79,15 +79,14 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Previews the contact impulses of a kick at `time`, s. Changes `velocity` only; returns the
-    /// energies that contact would take and its impulses on nodes, N·s.
+    /// Previews the contact impulses of a kick. Changes `velocity` only; returns the energies that
+    /// contact would take and its impulses on nodes, N·s.
     fn preview_contacts(
         &mut self,
         velocity: &mut [[f64; D]],
-        time: f64,
     ) -> (ContactEnergies, Vec<(u32, [f64; D])>) {
         let mut received = Vec::new();
-        let Some(contacts) = self.contacts.as_mut().filter(|_| self.state.number > 0) else {
+        let Some(contacts) = self.contacts.as_ref().filter(|_| self.state.number > 0) else {
             return (ContactEnergies::default(), received);
         };
         let mut motion = NodalMotion {
@@ -100,7 +99,7 @@ impl<const D: usize> Run<D> {
         let kick = IslandKicks {
             before: &self.state.last_kick.velocity_before,
             times: KickTimes {
-                time,
+                time: 0.0,
                 interval,
                 drift: NodeDrifts::OfNodes(interval),
             },

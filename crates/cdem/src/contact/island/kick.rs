@@ -60,8 +60,6 @@ pub(crate) struct KickWorkspace<const D: usize> {
     /// Contacts that have ended, and energies.
     ended: Vec<ContactHistory>,
     energies: ContactEnergies,
-    /// Losses of the kick with the work taken at the velocities before it, J.
-    losses_before: ContactEnergies,
 }
 
 impl<const D: usize> Clone for KickWorkspace<D> {
@@ -90,12 +88,6 @@ impl<const D: usize> KickWorkspace<D> {
     /// Returns the energies of the kick.
     pub(super) fn energies(&self) -> &ContactEnergies {
         &self.energies
-    }
-
-    /// Returns the losses of the kick, J, with the work taken at the velocities before it: of the
-    /// part of the kick that belongs to the interval before.
-    pub(super) fn losses_before(&self) -> &ContactEnergies {
-        &self.losses_before
     }
 
     /// Takes the contacts that have ended.
@@ -149,7 +141,6 @@ impl<const D: usize> Island<D> {
     ) {
         let mut workspace = std::mem::take(&mut self.workspace.kick);
         workspace.energies = energies;
-        workspace.losses_before = ContactEnergies::default();
         self.track_contacts(context, motion.positions(), &mut workspace);
         let mut touches = std::mem::take(&mut self.workspace.touch_events);
         self.solve_closed(context, motion, kick, &mut workspace, &mut touches);
@@ -174,7 +165,6 @@ impl<const D: usize> Island<D> {
         workspace: &mut KickWorkspace<D>,
     ) {
         let (constraints, energies) = (&workspace.constraints, &mut workspace.energies);
-        let losses_before = &mut workspace.losses_before;
         let KickSpan { interval, drift } = kick.span;
         let least = context.least_speed(drift);
         for (contact, constraint) in self.contact_points.iter_mut().zip(constraints) {
@@ -183,7 +173,6 @@ impl<const D: usize> Island<D> {
                 [kick.before, motion.velocity].map(|v| jacobian.relative_velocities(v));
             contact.history.step_loss +=
                 energies.book_work(&constraint.impulse, [&old, &new], contact.is_new);
-            losses_before.book_work(&constraint.impulse, [&old, &old], contact.is_new);
             energies.penetration = energies.penetration.max(contact.depth(jacobian));
             (contact.is_new, contact.normal) = (false, jacobian.frame[0]);
             contact.record_impulse(&constraint.impulse, interval);

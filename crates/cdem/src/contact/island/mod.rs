@@ -4,7 +4,6 @@
 pub(crate) mod impact;
 pub(crate) mod kick;
 pub(crate) mod parallel;
-pub(crate) mod preview;
 pub(crate) mod touch_events;
 
 use std::collections::BTreeMap;

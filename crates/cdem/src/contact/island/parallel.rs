@@ -49,15 +49,16 @@ pub(crate) struct IslandKicks<'a, const D: usize> {
     pub(crate) times: KickTimes<'a>,
 }
 
-/// Solves the kicks of all islands that are due. The results stay in the islands; `of_all` are the
-/// energies to which they will be added.
-pub(crate) fn solve_kicks<const D: usize>(
+/// Kicks all islands that are due. `before` are the velocities before the kick, m/s. Adds the
+/// impulses on nodes to a list, N·s. Returns the contacts that have ended.
+pub(crate) fn kick<const D: usize>(
     all: IslandsInKick<D>,
     context: &ContactContext<D>,
     motion: &mut KickedView<D>,
     kick: &IslandKicks<D>,
-    of_all: &ContactEnergies,
-) {
+    received: &mut Vec<(u32, [f64; D])>,
+    energies: &mut ContactEnergies,
+) -> Vec<ContactHistory> {
     let IslandsInKick { islands, copies } = all;
     let is_due = |island: &Island<D>| island.kick_span(kick.times).is_some();
     let due = islands.iter().filter(|island| is_due(island));
@@ -65,6 +66,7 @@ pub(crate) fn solve_kicks<const D: usize>(
         due.map(|island| island.contact_points.len()),
         motion.velocity.len(),
     );
+    let of_all = &*energies;
     let kick_island = |island: &mut Island<D>, motion: &mut KickedView<D>| {
         if let Some(span) = island.kick_span(kick.times) {
             let kick = Kick {
@@ -94,55 +96,18 @@ pub(crate) fn solve_kicks<const D: usize>(
             .iter_mut()
             .for_each(|island| kick_island(island, motion));
     }
-}
-
-/// Applies the solved kicks of all islands that are due to the velocities, m/s. Adds the impulses
-/// on nodes to a list, N·s.
-pub(crate) fn apply_kicks<const D: usize>(
-    islands: &[Island<D>],
-    times: KickTimes,
-    velocity: &mut [[f64; D]],
-    received: &mut Vec<(u32, [f64; D])>,
-) {
-    let due = islands
-        .iter()
-        .filter(|island| island.kick_span(times).is_some());
+    let due = islands.iter().filter(|island| is_due(island));
+    energies.add(due.clone().map(|island| island.workspace.kick.energies()));
     for workspace in due.map(|island| &island.workspace.kick) {
-        workspace.redo(velocity);
+        workspace.redo(motion.velocity);
         for solved in workspace.solved() {
             let receive = |node, impulse: &[f64; D]| received.push((node, *impulse));
             solved.jacobian.apply_transpose(&solved.impulse, receive);
         }
     }
-}
-
-/// Adds the energies of the solved kicks of all islands that are due. Returns the contacts that
-/// have ended in them.
-pub(crate) fn finish_kicks<const D: usize>(
-    islands: &mut [Island<D>],
-    times: KickTimes,
-    energies: &mut ContactEnergies,
-) -> Vec<ContactHistory> {
-    let is_due = |island: &Island<D>| island.kick_span(times).is_some();
-    let due = islands.iter().filter(|island| is_due(island));
-    energies.add(due.map(|island| island.workspace.kick.energies()));
     let due = islands.iter_mut().filter(|island| is_due(island));
     due.flat_map(|island| island.workspace.kick.ended())
         .collect()
-}
-
-/// Returns the losses of the solved kicks of all islands that are due, J, with the work taken at
-/// the velocities before the kick.
-pub(crate) fn losses_before<const D: usize>(
-    islands: &[Island<D>],
-    times: KickTimes,
-) -> ContactEnergies {
-    let due = islands
-        .iter()
-        .filter(|island| island.kick_span(times).is_some());
-    let mut losses = ContactEnergies::default();
-    losses.add(due.map(|island| island.workspace.kick.losses_before()));
-    losses
 }
 
 /// Moves all islands that are due through their drift. Adds the impulses on nodes to lists. An
