@@ -11,7 +11,6 @@ struct Rebound {
     /// Impact loss over the energy of the fall.
     loss: f64,
     elements: u64,
-    warnings: Vec<String>,
 }
 
 /// Drops the stone on a ground of this length, m.
@@ -39,7 +38,6 @@ fn fall(length: usize) -> Rebound {
         spin: simulation.block_rows()[0].angular_velocity[2],
         loss: end.impact_loss / end.gravity_work,
         elements: added,
-        warnings: simulation.warnings(),
     }
 }
 
