@@ -272,6 +272,12 @@ pub(crate) const MOST_REPEATED_SOLVES: usize = 2;
 /// as much, until the next step continues from there.
 pub(crate) const UNSOLVED: f64 = 1e-2;
 
+/// Fraction of its last change by which the force of a contact point is extrapolated,
+/// dimensionless. If forces oscillate, solves begin an order nearer to their ends than from the
+/// last forces, and take two thirds of the sweeps. At 1, changes without influence on any velocity
+/// would go on for ever, as between more contact points than degrees of freedom.
+pub(crate) const FORCE_TREND: f64 = 0.95;
+
 /// Curvature of a direction in which impulses change no velocity, relative to the curvature of the
 /// contact points alone: round-off.
 pub(crate) const LEAST_CURVATURE: f64 = 1e-14;
@@ -285,28 +291,10 @@ pub(crate) const LARGEST_GROWTH: f64 = 1e3;
 /// (count): two SIMD blocks of a component. Above that, their bytes cost more time to load.
 pub(crate) const SMALL_BLOCK_NODES: usize = 16;
 
-/// Residual at which the solve of a kick is done, dimensionless: the change of relative velocity in
-/// a sweep over the largest that the impulses make. The next kick begins with these impulses and
-/// goes on. What a solve must leave is less than 1/(1 + [`GAP_CORRECTION`]) of an error in each
-/// mode, which sweeps there and back do. The residual makes forces accurate right after a knock: in
-/// a wall of 46 stones, velocities 200 kicks after one are right to a seventh at this value, and to
-/// a thirtieth at a tenth of it, with five times the sweeps.
-pub(crate) const KICK_RESIDUAL: f64 = 1e-3;
-
-/// Largest change in the last sweep of a kick's solve, relative to that in the first sweep.
-pub(crate) const KICK_CONTRACTION: f64 = 0.3;
-
-/// Most sweeps and descent steps in a kick (count).
-pub(crate) const KICK_SWEEPS: u32 = 64;
-
-/// Residual at which other solves are done, dimensionless. Nothing corrects an impact later. The
-/// remaining position error is 1e-8 of the displacement of a drift, far below the round-off of the
-/// positions.
+/// Residual at which a solve is done, dimensionless: the change of relative velocity in a sweep
+/// over the largest that the impulses make. The remaining position error is 1e-8 of the
+/// displacement of a kick, far below the round-off of the positions, and the next step corrects it.
 pub(crate) const RESIDUAL: f64 = 1e-8;
-
-/// Sweeps before the first step of nonlinear conjugate gradients (count). At rest, solves are done
-/// before it.
-pub(crate) const PLAIN_SWEEPS: u32 = 7;
 
 /// Sweeps in which the residual must fall to [`STALL_RATIO`] of its value (count). Otherwise the
 /// sweeps have stalled.
@@ -330,8 +318,23 @@ pub(crate) const CG_WORTH: f64 = 0.5;
 /// Descents in a row that were not worth it, after which no more are made (count).
 pub(crate) const CG_TRIES: u32 = 2;
 
-/// Contact points of an island up to which impacts are solved to [`RESIDUAL`] (count).
+/// Weight of the proximal term, relative to the velocity that a change of the impulse makes, once
+/// descents are no longer worth it (proximal point, \[Rockafellar1976\]). The term pulls each
+/// impulse towards its value at the start of the solve. It selects the impulses nearest to the
+/// start among all that solve the constraints, or nearly solve contradicting ones. The start is the
+/// last kick, or zero in an impact. The next kick corrects the error of the term and is nearer.
+pub(crate) const PROXIMAL_WEIGHT: f64 = 1e-3;
+
+/// Most sweeps with the proximal term (count).
+pub(crate) const LAST_SWEEPS: u32 = 128;
+
+/// Contact points of an island up to which none is deactivated, and impacts are solved as exactly
+/// as kicks (count).
 pub(crate) const FEW_CONTACTS: usize = 128;
+
+/// Change of a relative velocity by a visit up to which a contact point is deactivated, relative to
+/// the change at which a solve is done.
+pub(crate) const CONVERGED_FRACTION: f64 = 0.3;
 
 /// Round-off of a relative velocity, relative to the largest velocity in it.
 pub(crate) const SOLVE_ROUND_OFF: f64 = 8.0 * f64::EPSILON;

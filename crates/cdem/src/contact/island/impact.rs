@@ -15,8 +15,7 @@ use crate::contact::island::{Island, IslandBodies};
 use crate::contact::solver::Precision;
 use crate::contact::timing::DriftProgress;
 use crate::contact::tolerances::{
-    CONTACTS_PER_TASK, CROWD_RESIDUAL, FEW_CONTACTS, GAP_ERROR, MAX_SWEEPS, MOST_REPEATED_SOLVES,
-    RESIDUAL,
+    CONTACTS_PER_TASK, CROWD_RESIDUAL, FEW_CONTACTS, GAP_ERROR, MOST_REPEATED_SOLVES, RESIDUAL,
 };
 use crate::model::kinematics::NodalMotion;
 
@@ -154,8 +153,6 @@ impl<const D: usize> Island<D> {
         let done = if is_small { RESIDUAL } else { CROWD_RESIDUAL };
         let precision = Precision {
             residual: done,
-            contraction: 1.0,
-            sweeps: MAX_SWEEPS,
             velocity: impact.precision,
         };
         let solver = &mut self.workspace.solver;

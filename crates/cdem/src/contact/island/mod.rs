@@ -24,9 +24,7 @@ use crate::contact::solver::{Precision, Solver};
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
 use crate::contact::timing::{DriftProgress, KickSpan, KickTimes};
-use crate::contact::tolerances::{
-    EARLY_GAP, EVENTS, GAP_ROUND_OFF, MAX_SWEEPS, RESIDUAL, SIMULTANEOUS,
-};
+use crate::contact::tolerances::{EARLY_GAP, EVENTS, GAP_ROUND_OFF, RESIDUAL, SIMULTANEOUS};
 use crate::math::vector::pad;
 use crate::model::kinematics::NodalMotion;
 
@@ -290,6 +288,7 @@ impl<const D: usize> Island<D> {
             impulse: [0.0; D],
             interval: 0.0,
             force: [0.0; D],
+            force_before: [0.0; D],
             shear_spring: [0.0; D],
             history: record,
         });
@@ -314,8 +313,6 @@ impl<const D: usize> Island<D> {
         }
         let precision = Precision {
             residual: RESIDUAL,
-            contraction: 1.0,
-            sweeps: MAX_SWEEPS,
             velocity: self.precision(context, at, 1.0),
         };
         self.workspace

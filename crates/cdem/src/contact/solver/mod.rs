@@ -37,12 +37,8 @@ pub(crate) enum Solver<const D: usize> {
 pub(crate) struct Precision {
     /// Residual to reach.
     pub(crate) residual: f64,
-    /// Largest change in the last sweep, relative to that in the first.
-    pub(crate) contraction: f64,
     /// Change of a relative velocity that counts as none, m/s.
     pub(crate) velocity: f64,
-    /// Most sweeps and descent steps.
-    pub(crate) sweeps: u32,
 }
 
 /// Evaluates an expression for the system of a solver, for each type of SIMD block.
