@@ -6,7 +6,7 @@ use crate::contact::narrow_phase::edge_edge::LinePair;
 use crate::contact::narrow_phase::point_triangle;
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::{Configuration, ConstantMotion, GapAllowance, Pair, TimeOfImpact};
-use crate::contact::tolerances::{EDGE_OUTWARD, EDGE_STEADY};
+use crate::contact::tolerances::{EDGE_OUTWARD, EDGE_STEADY, KNOWN_FEET};
 use crate::math::vector::{add_scaled, cross, dot, norm, sub};
 
 impl TimeOfImpact<3> for Boundary3d {
@@ -123,7 +123,7 @@ impl Boundary3d {
         };
         let times = first(volume, true).chain(first(volume.reversed(), false));
         let time = times.min_by(f64::total_cmp)?;
-        let time = self.polished([main, target], motion, time, duration);
+        let time = self.polished([main, target], motion, [time, duration], margin);
         let is_parallel = || crossing(time).is_none();
         Some(if sinks && is_parallel() {
             time.next_up()
@@ -132,17 +132,19 @@ impl Boundary3d {
         })
     }
 
-    /// Improves a time of impact of two edges by a step of Newton's method. The round-off of their
-    /// volume is that of a length over the sine of their angle. The vector between the feet, which
-    /// is short then, has the round-off of the positions alone.
+    /// Improves a time of impact of two edges, known to the round-off `margin` of their volume, m³,
+    /// by a step of Newton's method. In time that round-off is the one of a length over the sine of
+    /// the angle. The vector between the feet, which is short then, has that of positions alone,
+    /// unless the edges are so nearly parallel that the feet are not known.
     fn polished(
         &self,
         edges: [u32; 2],
         motion: ConstantMotion<3>,
-        time: f64,
-        duration: f64,
+        [time, duration]: [f64; 2],
+        margin: f64,
     ) -> f64 {
-        let Some(crossing) = self.edge_edge(edges[0], edges[1], motion.after(time)) else {
+        let crossing = self.edge_edge(edges[0], edges[1], motion.after(time));
+        let Some(crossing) = crossing.filter(|crossing| crossing.sine >= KNOWN_FEET) else {
             return time;
         };
         let [main, target] = [0, 1].map(|k| {
@@ -157,7 +159,8 @@ impl Boundary3d {
             [foot(points), foot(velocities)]
         });
         let [gap, rate] = [0, 1].map(|k| dot(&sub(&main[k], &target[k]), &crossing.normal));
-        if rate < 0.0 {
+        let is_round_off = gap.abs() * crossing.area <= margin;
+        if rate < 0.0 && is_round_off {
             (time - gap / rate).clamp(0.0, duration)
         } else {
             time
