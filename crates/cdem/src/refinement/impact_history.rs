@@ -16,7 +16,7 @@ pub(super) struct ImpactHistory {
     touched_until: BTreeMap<[u32; 2], u64>,
     /// Losses of the last coarse step that belong to no impact so far, J.
     #[serde(skip)]
-    unforeseen: BTreeMap<[u32; 2], f64>,
+    unforeseen: Vec<([u32; 2], f64)>,
     /// Limits of ended impacts that the user has been told of.
     #[serde(skip)]
     told: BTreeSet<RefinementLimit>,
@@ -63,11 +63,12 @@ impl ImpactHistory {
     /// continues it until the step `until`. Contacts that open and close again in it are no new
     /// impact.
     pub(super) fn record_energy(&mut self, blocks: [u32; 2], energy: f64, until: u64) -> f64 {
-        let loss = self.unforeseen.remove(&blocks).unwrap_or_default();
-        let impact = self.going.entry(blocks).or_insert(PastImpact {
+        let unforeseen = &self.unforeseen;
+        let own = || unforeseen.iter().filter(|(of, _)| *of == blocks);
+        let impact = self.going.entry(blocks).or_insert_with(|| PastImpact {
             energy,
             until,
-            loss,
+            loss: own().map(|(_, loss)| loss).sum(),
             predicted_loss: 0.0,
             limit: None,
             approach: Approach::default(),
@@ -106,7 +107,7 @@ impl ImpactHistory {
         for (blocks, loss) in losses {
             match self.going.get_mut(&blocks) {
                 Some(impact) => impact.loss += loss,
-                None => *self.unforeseen.entry(blocks).or_default() += loss,
+                None => self.unforeseen.push((blocks, loss)),
             }
         }
     }

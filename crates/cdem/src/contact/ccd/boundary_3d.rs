@@ -6,7 +6,7 @@ use crate::contact::narrow_phase::edge_edge::LinePair;
 use crate::contact::narrow_phase::point_triangle;
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::{Configuration, ConstantMotion, GapAllowance, Pair, TimeOfImpact};
-use crate::contact::tolerances::{EDGE_OUTWARD, EDGE_STEADY, KNOWN_FEET};
+use crate::contact::tolerances::{EDGE_OUTWARD, EDGE_STEADY, GAP_ROUND_OFF, KNOWN_FEET};
 use crate::math::vector::{add_scaled, cross, dot, norm, sub};
 
 impl TimeOfImpact<3> for Boundary3d {
@@ -135,7 +135,8 @@ impl Boundary3d {
     /// Improves a time of impact of two edges, known to the round-off `margin` of their volume, m³,
     /// by a step of Newton's method. In time that round-off is the one of a length over the sine of
     /// the angle. The vector between the feet, which is short then, has that of positions alone,
-    /// unless the edges are so nearly parallel that the feet are not known.
+    /// unless the edges are so nearly parallel that the feet are not known. The time stays early by
+    /// the latter.
     fn polished(
         &self,
         edges: [u32; 2],
@@ -143,25 +144,31 @@ impl Boundary3d {
         [time, duration]: [f64; 2],
         margin: f64,
     ) -> f64 {
-        let crossing = self.edge_edge(edges[0], edges[1], motion.after(time));
+        let then = motion.after(time);
+        let crossing = self.edge_edge(edges[0], edges[1], then);
         let Some(crossing) = crossing.filter(|crossing| crossing.sine >= KNOWN_FEET) else {
             return time;
         };
-        let [main, target] = [0, 1].map(|k| {
-            let ends = self.triangulation.edges[edges[k] as usize].ends;
-            let foot = |of: [[f64; 3]; 2]| {
-                let mut point = of[0];
-                add_scaled(&mut point, crossing.foot[k], &sub(&of[1], &of[0]));
-                point
-            };
-            let points = self.triangulation.edge(edges[k], motion.after(time));
-            let velocities = ends.map(|end| self.velocity(end, motion.velocity));
-            [foot(points), foot(velocities)]
+        let points = edges.map(|edge| self.triangulation.edge(edge, then));
+        let velocities = edges.map(|edge| {
+            let ends = self.triangulation.edges[edge as usize].ends;
+            ends.map(|end| self.velocity(end, motion.velocity))
         });
-        let [gap, rate] = [0, 1].map(|k| dot(&sub(&main[k], &target[k]), &crossing.normal));
-        let is_round_off = gap.abs() * crossing.area <= margin;
+        let [gap, rate] = [points, velocities].map(|of_edges| {
+            let [main, target] = [0, 1].map(|k| {
+                let [mut point, end] = of_edges[k];
+                let along = sub(&end, &point);
+                add_scaled(&mut point, crossing.foot[k], &along);
+                point
+            });
+            dot(&sub(&main, &target), &crossing.normal)
+        });
+        let coordinates = points.iter().flatten().flatten();
+        let round_off = GAP_ROUND_OFF * coordinates.fold(0.0, |size: f64, x| size.max(x.abs()));
+        // The search finds the time at which the volume is one margin, known to another.
+        let is_round_off = gap.abs() * crossing.area <= 2.0 * margin;
         if rate < 0.0 && is_round_off {
-            (time - gap / rate).clamp(0.0, duration)
+            (time - (gap - round_off) / rate).clamp(0.0, duration)
         } else {
             time
         }
