@@ -296,9 +296,9 @@ impl<const D: usize> Run<D> {
         }
     }
 
-    /// Records touches that are rest, so that a run can tell of their losses. Unless an impact goes
-    /// on, these are compared with the energy at the speed of rest. Far below that speed they cannot
-    /// matter.
+    /// Records touches that are rest, so that a run can tell of their losses. They belong to the
+    /// impact that goes on. If there is none, they are compared with the energy at the speed of rest.
+    /// Far below that speed they cannot matter.
     fn record_rest(
         &self,
         adaptivity: &mut Adaptivity<D>,
@@ -309,18 +309,18 @@ impl<const D: usize> Run<D> {
         if fastest <= adaptivity.slight_speed_ratio() * rest_speed {
             return;
         }
+        let transit = adaptivity.contact_transit(blocks.map(|block| block as usize));
+        let until = self.until(ZONE_TRANSITS * transit);
+        if adaptivity.has_impact(blocks) {
+            adaptivity.continue_impact(blocks, until);
+            return;
+        }
         let impacts = self.impact_predictions(adaptivity, places, 0.0);
         let Some(mobility) = self.mobility(&impacts) else {
             return;
         };
-        let speed = if adaptivity.has_impact(blocks) {
-            fastest
-        } else {
-            rest_speed
-        };
-        let transit = adaptivity.contact_transit(blocks.map(|block| block as usize));
-        let until = self.until(ZONE_TRANSITS * transit);
-        adaptivity.record_impact(blocks, 0.5 * speed * speed / mobility, until);
+        let energy = 0.5 * rest_speed * rest_speed / mobility;
+        adaptivity.record_impact(blocks, energy, until);
         let target = adaptivity.target_at_rest(&impacts);
         adaptivity.record_target(blocks, &target, self.approach_at(fastest));
     }
