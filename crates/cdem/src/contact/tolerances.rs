@@ -130,10 +130,6 @@ pub(crate) const EDGE_STEADY: f64 = 0.5;
 /// dimensionless. With it, the normal points out of the target during the whole drift.
 pub(crate) const EDGE_OUTWARD: f64 = 0.1;
 
-/// Least sine of the angle of two edges whose feet are known to 1e-8 of their lengths: the round-off
-/// of the feet is ε over the square of the sine.
-pub(crate) const KNOWN_FEET: f64 = 1e-4;
-
 /// Most bisections of an interval (count): they reduce it to round-off.
 pub(crate) const BISECTIONS: u32 = 64;
 

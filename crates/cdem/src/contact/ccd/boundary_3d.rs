@@ -6,19 +6,8 @@ use crate::contact::narrow_phase::edge_edge::LinePair;
 use crate::contact::narrow_phase::point_triangle;
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::{Configuration, ConstantMotion, GapAllowance, Pair, TimeOfImpact};
-use crate::contact::tolerances::{EDGE_OUTWARD, EDGE_STEADY, GAP_ROUND_OFF, KNOWN_FEET};
-use crate::math::vector::{add_scaled, cross, dot, norm, sub};
-
-/// Two features at a time near their touch.
-struct NearTouch<'a> {
-    /// Unit normal, out of the target.
-    normal: [f64; 3],
-    /// Volume over gap, m².
-    area: f64,
-    /// Corners of main and target feature, and their weights at the feet.
-    sides: [&'a [u32]; 2],
-    weights: [&'a [f64]; 2],
-}
+use crate::contact::tolerances::{EDGE_OUTWARD, EDGE_STEADY};
+use crate::math::vector::{cross, dot, norm, sub};
 
 impl TimeOfImpact<3> for Boundary3d {
     fn may_touch_in_drift(&self, pair: Pair, at: Configuration<3>, end: Configuration<3>) -> bool {
@@ -81,13 +70,11 @@ impl Boundary3d {
     ) -> Option<f64> {
         let (volume, sides) = self.volume_before(pair, motion);
         let deep = depth * area(&sides, 0.0);
-        let time = volume.first_root(duration, deep, |time| {
+        volume.first_root(duration, deep, |time| {
             let then = motion.after(time);
             let facing = self.point_triangle(pair.main, pair.target, then);
             self.foot_is_on(pair, &facing, then, depth)
-        })?;
-        let margin = volume.round_off(duration);
-        Some(self.polished_point(pair, motion, [time, duration], margin))
+        })
     }
 
     /// Returns the time of impact of two edges in the same way.
@@ -136,94 +123,12 @@ impl Boundary3d {
         };
         let times = first(volume, true).chain(first(volume.reversed(), false));
         let time = times.min_by(f64::total_cmp)?;
-        let time = self.polished_edges([main, target], motion, [time, duration], margin);
         let is_parallel = || crossing(time).is_none();
         Some(if sinks && is_parallel() {
             time.next_up()
         } else {
             time
         })
-    }
-
-    /// Improves a time of impact of two edges, found from their volume with a round-off `margin`, m³.
-    fn polished_edges(
-        &self,
-        edges: [u32; 2],
-        motion: ConstantMotion<3>,
-        [time, duration]: [f64; 2],
-        margin: f64,
-    ) -> f64 {
-        let crossing = self.edge_edge(edges[0], edges[1], motion.after(time));
-        let Some(crossing) = crossing.filter(|crossing| crossing.sine >= KNOWN_FEET) else {
-            return time;
-        };
-        let ends = edges.map(|edge| self.triangulation.edges[edge as usize].ends);
-        let feet = [0, 1].map(|k| [1.0 - crossing.foot[k], crossing.foot[k]]);
-        let touch = NearTouch {
-            normal: crossing.normal,
-            area: crossing.area,
-            sides: [&ends[0], &ends[1]],
-            weights: [&feet[0], &feet[1]],
-        };
-        self.polished(&touch, motion, [time, duration], margin)
-    }
-
-    /// Improves a time of impact of a vertex on a triangle in the same way.
-    fn polished_point(
-        &self,
-        pair: Pair,
-        motion: ConstantMotion<3>,
-        [time, duration]: [f64; 2],
-        margin: f64,
-    ) -> f64 {
-        let then = motion.after(time);
-        let facing = self.point_triangle(pair.main, pair.target, then);
-        let corners = self.triangulation.triangles[pair.target as usize].corners;
-        let [a, b, c] = self.triangulation.triangle(pair.target, then);
-        let touch = NearTouch {
-            normal: facing.normal,
-            area: norm(&cross(&sub(&b, &a), &sub(&c, &a))),
-            sides: [&[pair.main], &corners],
-            weights: [&[1.0], &facing.weights],
-        };
-        self.polished(&touch, motion, [time, duration], margin)
-    }
-
-    /// Improves a time of impact by a step of Newton's method. In time, the round-off of a volume is
-    /// that of a length over the sine of an angle. The vector between the feet, which is short then,
-    /// has that of positions alone. The time stays early by the latter.
-    fn polished(
-        &self,
-        touch: &NearTouch,
-        motion: ConstantMotion<3>,
-        [time, duration]: [f64; 2],
-        margin: f64,
-    ) -> f64 {
-        let then = motion.after(time);
-        let (mut apart, mut change, mut size) = ([0.0; 3], [0.0; 3], 0.0_f64);
-        for (sign, (corners, weights)) in [1.0, -1.0]
-            .iter()
-            .zip(touch.sides.iter().zip(touch.weights))
-        {
-            for (&corner, weight) in corners.iter().zip(weights) {
-                let point = self.triangulation.point(corner, then);
-                size = point.iter().fold(size, |size, x| size.max(x.abs()));
-                add_scaled(&mut apart, sign * weight, &point);
-                add_scaled(
-                    &mut change,
-                    sign * weight,
-                    &self.velocity(corner, motion.velocity),
-                );
-            }
-        }
-        let [gap, rate] = [apart, change].map(|vector| dot(&vector, &touch.normal));
-        // The search finds the time at which the volume is one margin, known to another.
-        let is_round_off = gap.abs() * touch.area <= 2.0 * margin;
-        if rate < 0.0 && is_round_off {
-            (time - (gap - GAP_ROUND_OFF * size) / rate).clamp(0.0, duration)
-        } else {
-            time
-        }
     }
 
     /// Returns true if a vertex in contact with a triangle stays so for `duration` seconds.

@@ -13,7 +13,7 @@ pub(crate) struct EdgeEdge {
     /// Closest points of the lines, relative to the lengths of main and target edge.
     pub(crate) foot: [f64; 2],
     /// Sine of the angle between the edges.
-    pub(crate) sine: f64,
+    pub(super) sine: f64,
     /// The sine times both lengths, m². The gap times this is the volume of the four ends.
     pub(crate) area: f64,
     /// Component of the outward direction along the normal.

@@ -37,6 +37,7 @@ pub(crate) use crate::contact::detection::clusters::Clusters;
 
 use crate::contact::detection::active_candidates::ActiveCandidates;
 use crate::contact::detection::candidates::bound::Bounded;
+use crate::contact::surface::geometry_cache::GeometryCache;
 use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::tolerances::{
     BOUND_CHECKS_PER_TASK, CANDIDATES_PER_TASK, LEAST_MOTION_BOUND, SPEED_GAIN,
@@ -69,7 +70,7 @@ pub(crate) struct StepSpeeds<'a> {
 
 /// The search for pairs that may come in contact. It decides no result, so it can be rebuilt
 /// between any two steps.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub(crate) struct CandidateSearch<const D: usize> {
     /// Candidate pairs, sorted by pair.
     pub(crate) candidates: Vec<Candidate>,
@@ -83,6 +84,8 @@ pub(crate) struct CandidateSearch<const D: usize> {
     /// The candidates that are compared for now.
     pub(super) active_candidates: ActiveCandidates,
     pub(super) lists: SearchLists,
+    /// Geometry cache of the surface in a search, once it has paid.
+    geometry_cache: Option<GeometryCache<D>>,
 }
 
 /// Lists of a search, kept to reuse their memory.
@@ -284,8 +287,10 @@ impl<const D: usize> CandidateSearch<D> {
             }
             lists.open.extend(&bound_check.open);
         }
-        let cache = blocks.surface.geometry_cache(lists.open.len(), None);
+        let cache = self.geometry_cache.take();
+        let cache = blocks.surface.geometry_cache(self.lists.open.len(), cache);
         self.test_open(blocks, at.with(cache.as_ref()));
+        self.geometry_cache = cache;
     }
 
     /// Lists the travel of each block, and selects the active candidates again if the list is not
