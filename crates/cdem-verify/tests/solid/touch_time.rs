@@ -17,9 +17,11 @@ const SPEED: f64 = 0.4;
 const MODULUS: f64 = 1e-3;
 
 /// Largest error of a touch, in steps. The search takes the time at which the volume of the features
-/// is one margin of its round-off, so that no touch is late: 32 ε times three lengths of at most 1 m,
-/// over twice the area of the features, here 3e-3 m² or more, and over the motion in a step, 0.2 m.
-const ERROR: f64 = 1.2e-11;
+/// is one margin of its round-off, so that no touch is late. The margin is 32 ε times three lengths,
+/// each up to 1.2 m with the motion in a step. In time it counts over twice the area of the features,
+/// the cosine of the motion with their normal, and the motion in a step, 0.2 m. The first two are
+/// 6e-4 m² or more here together.
+const ERROR: f64 = 1e-10;
 
 /// One drawn meeting.
 #[derive(Debug)]
