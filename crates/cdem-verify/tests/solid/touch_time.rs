@@ -16,12 +16,13 @@ const SPEED: f64 = 0.4;
 /// Young's modulus, Pa: so small that a step of this length is stable.
 const MODULUS: f64 = 1e-3;
 
-/// Largest error of a touch, in steps. The search takes the time at which the volume of the features
-/// is one margin of its round-off, so that no touch is late. The margin is 32 ε times three lengths,
-/// each up to 1.2 m with the motion in a step. In time it counts over twice the area of the features,
-/// the cosine of the motion with their normal, and the motion in a step, 0.2 m. The first two are
-/// 6e-4 m² or more here together.
-const ERROR: f64 = 1e-10;
+/// Largest error of a touch, in steps, in a hundred meetings and in ten thousand. The search takes
+/// the time at which the volume of the features is one margin of its round-off, so that no touch is
+/// late. The margin is 32 ε times three lengths, each up to 1.2 m with the motion in a step. In time
+/// it counts over twice the area of the features, the cosine of the motion with their normal, and the
+/// motion in a step, 0.2 m. The more meetings, the more nearly parallel are the edges of some: the
+/// first two are 6e-4 m² or more in a hundred, and 6e-6 m² in ten thousand.
+const ERRORS: [f64; 2] = [1e-10, 1e-8];
 
 /// One drawn meeting.
 #[derive(Debug)]
@@ -89,15 +90,15 @@ impl Draw {
     }
 }
 
-/// Compares `count` drawn meetings with the exact instant.
-fn compare(count: usize, seed: u64) {
+/// Compares `count` drawn meetings with the exact instant, up to an error, in steps.
+fn compare(count: usize, seed: u64, most: f64) {
     let mut random = Random(seed);
     for number in 0..count {
         let draw = Draw::new(&mut random);
         let touch = draw.touch();
         let error = (touch - draw.steps).abs();
         assert!(
-            error <= ERROR,
+            error <= most,
             "{number}: {touch} is wrong by {error:e}: {draw:?}"
         );
     }
@@ -105,11 +106,11 @@ fn compare(count: usize, seed: u64) {
 
 #[test]
 fn the_first_touch_is_at_its_instant_for_any_tolerance() {
-    compare(100, 1);
+    compare(100, 1, ERRORS[0]);
 }
 
 #[test]
 #[ignore = "slow study: ten thousand meetings"]
 fn the_first_touch_is_at_its_instant_ten_thousand_times() {
-    compare(10_000, 2);
+    compare(10_000, 2, ERRORS[1]);
 }
