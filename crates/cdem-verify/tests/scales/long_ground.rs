@@ -3,7 +3,7 @@
 use cdem::scene::Geometry;
 use cdem_verify::{load, run};
 
-/// What a stone has after its touch with the ground.
+/// Motion and loss of a stone after its touch with the ground.
 #[derive(Debug)]
 struct Rebound {
     /// Angular velocity, rad/s.

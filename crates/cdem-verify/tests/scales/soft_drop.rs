@@ -3,7 +3,7 @@
 use cdem::scene::Geometry;
 use cdem_verify::{Case, Random, load, run};
 
-/// What a drop has come to.
+/// Result of a drop.
 #[derive(Debug)]
 struct Drop {
     /// Most refined blocks at once.

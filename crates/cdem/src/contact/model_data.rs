@@ -18,7 +18,8 @@ pub(crate) struct ContactLengths {
     /// tolerated.
     pub(crate) tolerance: f64,
     /// Contact resolution: points of boundaries no farther apart are not told apart. All that
-    /// happens after t = 0 depends on it, and not on the contact tolerance.
+    /// happens after t = 0 depends on it, and not on the contact tolerance, but for the correction
+    /// of positions.
     pub(crate) resolution: f64,
 }
 

@@ -21,7 +21,7 @@ pub(crate) const SAME_FEATURE_ANGLE: f64 = 1e-6;
 /// inside a flat boundary, dimensionless.
 ///
 /// With shrunken edges, a corner moved a length s into its face stays in the plane of contact to
-/// within the resolution d if the sine is d/s or less. Here s = 50 d, by default a 200th of the
+/// within the resolution d if the sine is d/s or less. Here s = 50 d, a 200th of the
 /// smallest edge. The value must be above the angle that d hides over such an edge, 1e-4, and above
 /// the rotations of small strain, 1e-2. It must be below intended turns, as of a circle of 300
 /// edges. It classifies contacts and breaks ties among features that touch within d anyway. Half
@@ -104,12 +104,12 @@ pub(crate) const CULLING_RATE: f64 = 4.0;
 // Continuous collision detection.
 
 /// Largest gap at which a pair about to touch joins an earlier event, relative to the contact
-/// resolution: a 1e-8th of the smallest boundary edge by default. Its foot point must lie no farther
+/// resolution: a 1e-8th of the smallest boundary edge. Its foot point must lie no farther
 /// outside the target than the resolution.
 pub(crate) const EARLY_GAP: f64 = 1e-4;
 
 /// Penetration that counts as none, relative to the contact resolution: a 1e-6th of the smallest
-/// boundary edge by default. A pair too slow to sink in deeper in a drift waits for the next kick.
+/// boundary edge. A pair too slow to sink in deeper in a drift waits for the next kick.
 /// Otherwise settling stones would open and close one after the other, and each touch would be an
 /// impact of the whole pile.
 pub(crate) const IGNORED_PENETRATION: f64 = 1e-2;
@@ -153,7 +153,7 @@ pub(crate) const RESTING_SINK: f64 = 1e-3;
 pub(crate) const LEAST_TARGET_SIZE: f64 = 0.5;
 
 /// Depth at which a sinking pair is closed in a kick, relative to the contact resolution: a 1e-11th
-/// of the smallest boundary edge by default. Points that come to rest stay uneven by as much. A
+/// of the smallest boundary edge. Points that come to rest stay uneven by as much. A
 /// pair left to sink in farther closes at [`IGNORED_PENETRATION`] at the latest.
 pub(crate) const LEAST_DEPTH: f64 = 1e-7;
 
@@ -214,7 +214,7 @@ pub(crate) const BROAD_PHASE_STEPS_AT_REST: f64 = 500.0;
 pub(crate) const SEPARATION_ROUND_OFF: f64 = 0.1;
 
 /// Travel of a block at which all pairs are measured again, relative to the contact resolution: a
-/// hundred of the smallest boundary edge by default. After a billion more substeps the round-off of
+/// hundred of the smallest boundary edge. After a billion more substeps the round-off of
 /// the travel is still within [`SEPARATION_ROUND_OFF`].
 pub(crate) const STALE_TRAVEL: f64 = 1e6;
 
@@ -230,7 +230,7 @@ pub(crate) const SEPARATION_DRIFTS: f64 = 16.0;
 pub(crate) const GAP_ERROR: f64 = 0.1;
 
 /// Relative displacement that is round-off, relative to the contact resolution: a 1e-14th of the
-/// smallest boundary edge by default.
+/// smallest boundary edge.
 pub(crate) const LEAST_MOVE: f64 = 1e-10;
 
 /// Round-off of a gap, relative to the coordinates of its nodes.
@@ -244,16 +244,17 @@ pub(crate) const GAP_ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 pub(crate) const GAP_CORRECTION: f64 = 0.02;
 
 /// Error of a gap that is not corrected, relative to the contact resolution: a 1e-7th of the
-/// smallest boundary edge by default. With more contact points than degrees of freedom, the gaps
+/// smallest boundary edge. With more contact points than degrees of freedom, the gaps
 /// contradict each other, because of solver errors and the bending of bodies. A correction then has
 /// no solution: impulses grow and shrink from step to step, until a contact opens or slips, and the
 /// cycle repeats. A wall of 210 stones then moves for ever, at 1e-6 m/s. Gaps in the dead band
 /// request no motion, so they cannot contradict each other.
 pub(crate) const GAP_DEAD_BAND: f64 = 1e-3;
 
-/// Penetration that is not corrected, relative to the contact resolution. A correction of the
-/// positions compresses the bodies more where they press on each other, and makes energy. The rest
-/// must only stay so far below the resolution that further penetration is still found.
+/// Penetration that is not corrected, relative to the smaller of contact tolerance and resolution. A
+/// correction of the positions compresses the bodies more where they press on each other, and makes
+/// energy. The rest must only stay so far below the resolution that further penetration is still
+/// found.
 pub(crate) const CORRECTED_PENETRATION: f64 = 0.5;
 
 /// Overlap that a change of mesh may make, relative to the contact resolution: the same as the error

@@ -3,7 +3,7 @@
 use crate::math::format::named_blocks;
 use crate::mesh::error::coordinates;
 
-/// What is to be told of the meshes of all blocks.
+/// Notes for the user on the meshes of all blocks.
 #[derive(Debug, Default)]
 pub(super) struct BlockNotes {
     turned: Finding,

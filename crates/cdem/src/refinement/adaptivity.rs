@@ -221,7 +221,7 @@ impl<const D: usize> Adaptivity<D> {
     }
 
     /// Returns those of two blocks that are not prescribed.
-    pub(crate) fn moving(&self, blocks: [usize; 2]) -> impl Iterator<Item = usize> {
+    fn moving(&self, blocks: [usize; 2]) -> impl Iterator<Item = usize> {
         blocks
             .into_iter()
             .filter(|&block| !self.is_prescribed(block))
