@@ -8,9 +8,7 @@ use crate::contact::constraint::law::ContactLaw;
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{Configuration, ContactJacobian, JacobianAnchor, Pair, Surface};
 use crate::contact::timing::KickSpan;
-use crate::contact::tolerances::{
-    CCD_SAMPLES, FORCE_TREND, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR,
-};
+use crate::contact::tolerances::{CCD_SAMPLES, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR};
 use crate::math::serde_pod;
 use crate::math::vector::{add_scaled, dot};
 
@@ -45,12 +43,10 @@ pub(crate) struct ContactPoint<const D: usize> {
     #[serde(with = "serde_pod")]
     pub(crate) impulse: [f64; D],
     pub(crate) interval: f64,
-    /// Forces of the last kick and of the one before, without the impulses of impacts, in the
-    /// frame, N; 0 before the first.
+    /// Force of the last kick, without the impulses of impacts, in the frame, N; 0 before the
+    /// first.
     #[serde(with = "serde_pod")]
     pub(crate) force: [f64; D],
-    #[serde(with = "serde_pod")]
-    pub(crate) force_before: [f64; D],
     /// Penalty model: elongation of the shear springs, m.
     #[serde(with = "serde_pod")]
     pub(crate) shear_spring: [f64; D],
@@ -228,14 +224,9 @@ impl<const D: usize> ContactPoint<D> {
         along - surface.project(self.pair, at).gap.min(0.0) < deep
     }
 
-    /// Returns the impulse, forces and springs, which rotate with the frame.
-    pub(crate) fn frame_vectors(&mut self) -> [&mut [f64; D]; 4] {
-        [
-            &mut self.impulse,
-            &mut self.force,
-            &mut self.force_before,
-            &mut self.shear_spring,
-        ]
+    /// Returns the impulse, force and springs, which rotate with the frame.
+    pub(crate) fn frame_vectors(&mut self) -> [&mut [f64; D]; 3] {
+        [&mut self.impulse, &mut self.force, &mut self.shear_spring]
     }
 
     /// Returns the penetration that the constraint keeps, m.
@@ -297,8 +288,8 @@ impl<const D: usize> ContactPoint<D> {
     ) {
         self.set_target(constraint, context, drift);
         constraint.bounds = self.friction_bounds(interval);
-        let force = extrapolated_force(&self.force, &self.force_before);
-        constraint.impulse = force.map(|force| force * interval);
+        // No extrapolation: solves that leave more than half of an error would feed energy.
+        constraint.impulse = self.force.map(|force| force * interval);
         constraint.impulse[0] = constraint.impulse[0].max(-constraint.bounds.tension);
         constraint.impulse_before = [0.0; D];
     }
@@ -325,7 +316,6 @@ impl<const D: usize> ContactPoint<D> {
     /// Records the impulse of a kick of `interval` seconds, N·s.
     pub(crate) fn record_impulse(&mut self, impulse: &[f64; D], interval: f64) {
         (self.impulse, self.interval) = (*impulse, interval);
-        self.force_before = self.force;
         self.force = impulse.map(|impulse| impulse / interval);
         self.history.count(&[0.0; D], impulse);
     }
@@ -429,38 +419,4 @@ pub(crate) fn rotate_tangents<const D: usize>(
             dot(&whole, &new[r])
         }
     })
-}
-
-/// Extrapolates the force with which the next solve begins, N, from the forces of the last kick
-/// and of the one before.
-fn extrapolated_force<const D: usize>(now: &[f64; D], before: &[f64; D]) -> [f64; D] {
-    let continues = now[0] != 0.0 && before[0] != 0.0;
-    let trend = if continues { FORCE_TREND } else { 0.0 };
-    std::array::from_fn(|r| now[r] + trend * (now[r] - before[r]))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_force_that_swings_is_met_but_for_a_share() {
-        let turn = std::f64::consts::TAU / 40.0;
-        let force = |kick: i32| [2.0 + (turn * f64::from(kick)).cos()];
-        let largest = |missed: &dyn Fn(i32) -> f64| (2..42).map(missed).fold(0.0, f64::max);
-        let last = largest(&|k| (force(k)[0] - force(k - 1)[0]).abs());
-        let missed =
-            largest(&|k| (force(k)[0] - extrapolated_force(&force(k - 1), &force(k - 2))[0]).abs());
-        // The remainder of the trend, and its rotation in a kick.
-        assert!(
-            missed < (1.0 - FORCE_TREND + turn) * last,
-            "{missed} of {last}"
-        );
-    }
-
-    #[test]
-    fn what_has_just_begun_or_opened_is_met_where_it_was() {
-        assert_eq!(extrapolated_force(&[3.0, 1.0], &[0.0, 0.0]), [3.0, 1.0]);
-        assert_eq!(extrapolated_force(&[0.0, 0.0], &[3.0, 1.0]), [0.0, 0.0]);
-    }
 }

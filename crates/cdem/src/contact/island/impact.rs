@@ -15,7 +15,7 @@ use crate::contact::island::{Island, IslandBodies};
 use crate::contact::solver::Precision;
 use crate::contact::timing::DriftProgress;
 use crate::contact::tolerances::{
-    CONTACTS_PER_TASK, CROWD_RESIDUAL, FEW_CONTACTS, GAP_ERROR, MOST_REPEATED_SOLVES, RESIDUAL,
+    CONTACTS_PER_TASK, GAP_ERROR, IMPACT_RESIDUAL, MOST_REPEATED_SOLVES,
 };
 use crate::model::kinematics::NodalMotion;
 
@@ -149,10 +149,8 @@ impl<const D: usize> Island<D> {
                 .inertia
                 .apply_impulse(*node as usize, &impulse, motion.velocity);
         }
-        let is_small = impact.constraints.len() <= FEW_CONTACTS;
-        let done = if is_small { RESIDUAL } else { CROWD_RESIDUAL };
         let precision = Precision {
-            residual: done,
+            residual: IMPACT_RESIDUAL,
             velocity: impact.precision,
         };
         let solver = &mut self.workspace.solver;

@@ -21,7 +21,7 @@ use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
 use crate::contact::timing::{DriftProgress, KickSpan};
 use crate::contact::tolerances::{
-    CONTACTS_PER_TASK, GAP_ERROR, MOST_REPEATED_SOLVES, PAIRS_WORTH_A_SOLVE, RESIDUAL,
+    CONTACTS_PER_TASK, GAP_ERROR, KICK_RESIDUAL, MOST_REPEATED_SOLVES, PAIRS_WORTH_A_SOLVE,
 };
 use crate::math::profile::Stage;
 
@@ -289,7 +289,7 @@ impl<const D: usize> Island<D> {
     ) {
         let drift = kick.span.drift;
         let precision = Precision {
-            residual: RESIDUAL,
+            residual: KICK_RESIDUAL,
             velocity: self.precision(context, motion.positions(), drift),
         };
         workspace.begin(self.contact_points.len(), precision);

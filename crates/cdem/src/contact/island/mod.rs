@@ -288,7 +288,6 @@ impl<const D: usize> Island<D> {
             impulse: [0.0; D],
             interval: 0.0,
             force: [0.0; D],
-            force_before: [0.0; D],
             shear_spring: [0.0; D],
             history: record,
         });

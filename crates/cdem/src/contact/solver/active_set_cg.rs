@@ -17,11 +17,9 @@ use crate::contact::solver::system::ContactSystem;
 use crate::contact::tolerances::{LARGEST_GROWTH, LEAST_CURVATURE};
 use crate::math::vector::{add_scaled, dot};
 
-/// Workspace: a value for each contact or SIMD block. Only those of active contacts are valid.
+/// Workspace: a value for each contact or SIMD block.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ActiveSetCg<const D: usize, P> {
-    /// Indices of the SIMD blocks of active contacts.
-    simd_blocks: Vec<u32>,
     /// True for each row whose impulse is within its bounds.
     free: Vec<[bool; D]>,
     /// Velocity errors in free rows, m/s.
@@ -46,17 +44,19 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
     /// Moves impulses within their bounds towards those for which all closed contacts meet
     /// their targets: at most `steps` steps of conjugate gradients, each as costly as a sweep.
     /// Shear at its limit stays as it is. Velocity errors below a tenth of `least`, m/s, count
-    /// as none; `scale` is that of all contacts, m/s. Returns the number of steps.
+    /// as none; `scale` is that of all contacts at the start of the solve, m/s. Returns the number
+    /// of steps.
     pub(super) fn descend(&mut self, steps: u32, least: f64, scale: f64) -> u32 {
         let mut active_set_cg = std::mem::take(&mut self.active_set_cg);
         active_set_cg.enter(self);
-        let mut made = 0;
-        while made < steps && active_set_cg.worst(self) > 0.1 * least {
+        let (mut made, mut change) = (0, 0.0);
+        while made < steps && active_set_cg.worst() > 0.1 * least {
             made += 1;
             let (descent, steepest) = active_set_cg.next_direction(self);
             let (bound, end) = active_set_cg.step_to_bound(self);
             let step = descent.min(bound);
-            if step * steepest > LARGEST_GROWTH * scale {
+            change += step * steepest;
+            if change > LARGEST_GROWTH * scale {
                 break;
             }
             active_set_cg.advance(self, step);
@@ -79,11 +79,10 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
         self.direction.resize(count, [0.0; D]);
         self.response.resize(count, [0.0; D]);
         self.velocity.resize(system.velocity.len(), P::default());
-        system.active_blocks(&mut self.simd_blocks);
         let mut velocity = std::mem::take(&mut system.velocity);
         system.relative_velocities(&mut velocity, &mut self.response);
         system.velocity = velocity;
-        for (place, point) in system.active() {
+        for (place, point) in system.points.iter().enumerate() {
             let opens = point.impulse[0] <= -point.bounds.tension;
             let slips = point.bounds.slips(&point.impulse);
             let free = std::array::from_fn(|r| point.moves(r) && !opens && (r == 0 || !slips));
@@ -101,18 +100,16 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
     }
 
     /// Returns the largest velocity error, m/s.
-    fn worst(&self, system: &ContactSystem<D, P>) -> f64 {
-        let velocity_errors = system
-            .active()
-            .flat_map(|(place, _)| &self.velocity_errors[place]);
-        velocity_errors.fold(0.0, |worst, x| worst.max(x.abs()))
+    fn worst(&self) -> f64 {
+        let errors = self.velocity_errors.as_flattened().iter();
+        errors.fold(0.0, |worst, x| worst.max(x.abs()))
     }
 
     /// Computes the next direction. Returns the step to the minimum along it, and the largest
     /// velocity that one contact's component of it makes alone, m/s.
     fn next_direction(&mut self, system: &ContactSystem<D, P>) -> (f64, f64) {
         let mut square = 0.0;
-        for (place, point) in system.active() {
+        for (place, point) in system.points.iter().enumerate() {
             let (velocity_errors, inverse_effective_mass) =
                 (&self.velocity_errors[place], &point.inverse_effective_mass);
             for r in (0..D).filter(|&r| velocity_errors[r] != 0.0) {
@@ -126,9 +123,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
             0.0
         };
         self.square = square;
-        for &simd_block in &self.simd_blocks {
-            self.velocity[simd_block as usize] = P::default();
-        }
+        self.velocity.fill(P::default());
         let velocity_errors = &self.velocity_errors;
         let next_direction = |place: usize, direction: &mut [f64; D]| {
             let (velocity_errors, inverse_effective_mass) = (
@@ -150,7 +145,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
         let steepest = system.respond(&mut self.direction, &mut self.velocity, next_direction);
         system.relative_velocities(&mut self.velocity, &mut self.response);
         let (mut own, mut curvature) = (0.0, 0.0);
-        for (place, point) in system.active() {
+        for (place, point) in system.points.iter().enumerate() {
             let (direction, response) = (&self.direction[place], &self.response[place]);
             for r in 0..D {
                 own += direction[r] * direction[r] * point.inverse_effective_mass[r.min(1)];
@@ -171,7 +166,7 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
     /// Returns the step at which the first contact reaches a bound, and that bound.
     fn step_to_bound(&self, system: &ContactSystem<D, P>) -> (f64, Option<StepBound>) {
         let mut first = (f64::INFINITY, None);
-        for (place, point) in system.active() {
+        for (place, point) in system.points.iter().enumerate() {
             let (free, direction) = (&self.free[place], &self.direction[place]);
             if free[0] && direction[0] < 0.0 {
                 let step = (-point.bounds.tension - point.impulse[0]) / direction[0];
@@ -190,21 +185,15 @@ impl<const D: usize, P: SimdBlock> ActiveSetCg<D, P> {
     }
 
     fn advance(&mut self, system: &mut ContactSystem<D, P>, step: f64) {
-        let (points, active) = (&mut system.points, system.colours.active());
-        for place in active.iter().map(|&place| place as usize) {
-            add_scaled(&mut points[place].impulse, step, &self.direction[place]);
+        for (place, point) in system.points.iter_mut().enumerate() {
+            add_scaled(&mut point.impulse, step, &self.direction[place]);
             for r in (0..D).filter(|&r| self.free[place][r]) {
                 self.velocity_errors[place][r] -= step * self.response[place][r];
             }
         }
         let step = BlockFactors::new(Scalar::new(), &[step]);
-        for simd_block in self
-            .simd_blocks
-            .iter()
-            .map(|&simd_block| simd_block as usize)
-        {
-            let made = std::array::from_ref(&self.velocity[simd_block]);
-            system.velocity[simd_block].add_scaled(Scalar::new(), &step, made);
+        for (velocity, made) in system.velocity.iter_mut().zip(&self.velocity) {
+            velocity.add_scaled(Scalar::new(), &step, std::array::from_ref(made));
         }
     }
 

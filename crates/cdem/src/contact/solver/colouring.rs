@@ -54,15 +54,12 @@ pub(super) struct Colouring {
     nodes: NodesOf,
     /// Ranges of positions that one thread visits one after the other; and their least length,
     /// except at the end of a colour.
-    tasks: Vec<Range<usize>>,
+    pub(super) tasks: Vec<Range<usize>>,
     pub(super) task: usize,
     /// Tasks of each colour, which share no nodes.
     pub(super) colours: Vec<Range<usize>>,
     /// The number of nodes.
     node_count: usize,
-    /// Positions that passes visit, in order; and the start of each task among them.
-    active: Vec<u32>,
-    pub(super) begins: Vec<usize>,
 }
 
 impl Colouring {
@@ -91,7 +88,6 @@ impl Colouring {
         } else {
             self.colour(nodes_of);
         }
-        self.activate_all();
     }
 
     /// Adds points colour by colour.
@@ -121,36 +117,6 @@ impl Colouring {
                 self.push(groups.chunks(CONTACTS_ABREAST).map(abreast), nodes_of);
             }
         }
-    }
-
-    /// Makes all positions active.
-    pub(super) fn activate_all(&mut self) {
-        self.active.clear();
-        self.active.extend(0..self.order.len() as u32);
-        self.begins.clear();
-        self.begins.extend(self.tasks.iter().map(|task| task.start));
-        self.begins.push(self.order.len());
-    }
-
-    /// Keeps only those active positions for which `stay` is true, given the position and its
-    /// nodes.
-    pub(super) fn deactivate(&mut self, mut stay: impl FnMut(usize, &[u32]) -> bool) {
-        let (mut kept, mut next) = (0, 0);
-        for task in 1..self.begins.len() {
-            for number in next..self.begins[task] {
-                let place = self.active[number];
-                self.active[kept] = place;
-                let place = place as usize;
-                kept += usize::from(stay(place, self.nodes(place)));
-            }
-            next = std::mem::replace(&mut self.begins[task], kept);
-        }
-        self.active.truncate(kept);
-    }
-
-    /// Returns the active positions, in order.
-    pub(super) fn active(&self) -> &[u32] {
-        &self.active
     }
 
     /// Adds a colour from parts that share no nodes, and splits it into tasks.

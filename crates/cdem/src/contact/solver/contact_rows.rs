@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use pulp::Simd;
 
-use crate::contact::constraint::contact_constraint::{FrictionBounds, shear_norm, shear_square};
+use crate::contact::constraint::contact_constraint::{FrictionBounds, shear_square};
 use crate::contact::solver::coloured_pass::NodeValues;
 use crate::contact::solver::inverse_mass_columns::{ColumnTerm, InverseMassColumns};
 use crate::contact::solver::simd_block::{BlockFactors, SimdBlock, SimdBlocks};
@@ -64,35 +64,11 @@ pub(super) struct ContactRows<const D: usize> {
     pub(super) target: [f64; D],
     pub(super) bounds: FrictionBounds,
     pub(super) impulse: [f64; D],
-    /// Impulse at the start of the solve, N·s.
-    pub(super) start: [f64; D],
     pub(super) impulse_before: [f64; D],
     /// Change of the impulse in the last visit, N·s.
     pub(super) step: [f64; D],
-    /// Square of the largest change of a relative velocity in that visit, m²/s²; infinite if
-    /// the contact carries no impulse.
-    pub(super) change: f64,
     /// Search direction between sweeps, N·s.
     pub(super) direction: [f64; D],
-}
-
-/// Weight of the proximal term, over the inverse effective mass.
-#[derive(Clone, Copy)]
-pub(super) struct ProximalWeight {
-    weight: f64,
-    /// 1 plus the weight, and its inverse.
-    one_plus: f64,
-    inverse: f64,
-}
-
-impl ProximalWeight {
-    pub(super) fn new(weight: f64) -> Self {
-        Self {
-            weight,
-            one_plus: 1.0 + weight,
-            inverse: 1.0 / (1.0 + weight),
-        }
-    }
 }
 
 /// Returns the nodes of a contact, with their index in the Jacobian and true if all their
@@ -180,27 +156,6 @@ impl<const D: usize> ContactRows<D> {
         self.effective_mass[r] > 0.0
     }
 
-    /// Returns `weight` times the relative velocities, m/s, that the change of the impulse since
-    /// the start makes alone.
-    #[inline(always)]
-    fn proximal_impulse(&self, impulse: &[f64; D], weight: f64) -> [f64; D] {
-        let change = |r: usize| impulse[r] - self.start[r];
-        std::array::from_fn(|r| weight * self.inverse_effective_mass[r.min(1)] * change(r))
-    }
-
-    /// Returns the largest error of the relative velocity that a proximal term of weight
-    /// `proximal_weight` leaves, m/s. Directions at their bound count as none.
-    pub(super) fn residual(&self, proximal_weight: f64) -> f64 {
-        let mut missed = self.proximal_impulse(&self.impulse, proximal_weight);
-        if self.impulse[0] <= -self.bounds.tension {
-            return 0.0;
-        }
-        if self.bounds.slips(&self.impulse) {
-            missed[1..].fill(0.0);
-        }
-        missed[0].abs().max(shear_norm(&missed))
-    }
-
     /// Returns the energy of a change of the impulse, J.
     #[inline(always)]
     pub(super) fn square(&self, step: &[f64; D]) -> f64 {
@@ -225,34 +180,14 @@ impl<const D: usize> ContactRows<D> {
     }
 
     /// Returns the impulse with which this contact alone would meet its target, from the `old`
-    /// impulse and its relative velocity, with the proximal term, cut back to its bounds. The
-    /// normal comes first. Returns also the square of the largest change of a relative
-    /// velocity, m²/s².
+    /// impulse and its relative velocity, cut back to its bounds. The normal comes first.
+    /// Returns also the square of the largest change of a relative velocity, m²/s².
     #[inline(always)]
-    pub(super) fn local_solve(
-        &self,
-        old: &[f64; D],
-        relative: &[f64; D],
-        proximal_weight: ProximalWeight,
-    ) -> ([f64; D], f64) {
+    pub(super) fn local_solve(&self, old: &[f64; D], relative: &[f64; D]) -> ([f64; D], f64) {
         let mut impulse = *old;
-        let ProximalWeight {
-            weight,
-            one_plus,
-            inverse,
-        } = proximal_weight;
-        let back = if weight > 0.0 {
-            self.proximal_impulse(old, weight)
-        } else {
-            [0.0; D]
-        };
-        let (normal, tangent) = (
-            one_plus * self.inverse_effective_mass[0],
-            one_plus * self.inverse_effective_mass[1],
-        );
+        let [normal, tangent] = self.inverse_effective_mass;
         if normal > 0.0 {
-            let wanted = self.target[0] - relative[0] - back[0];
-            let closed = old[0] + wanted * (inverse * self.effective_mass[0]);
+            let closed = old[0] + (self.target[0] - relative[0]) * self.effective_mass[0];
             // A NaN must remain NaN, so that it is detected.
             let opens = closed < -self.bounds.tension;
             impulse[0] = if opens { -self.bounds.tension } else { closed };
@@ -264,8 +199,8 @@ impl<const D: usize> ContactRows<D> {
             return (impulse, change);
         }
         for r in 1..D {
-            let wanted = self.target[r] - relative[r] - back[r] - self.by_normal[r] * push;
-            impulse[r] += wanted * (inverse * self.effective_mass[r]);
+            let wanted = self.target[r] - relative[r] - self.by_normal[r] * push;
+            impulse[r] += wanted * self.effective_mass[r];
         }
         self.bounds.clamp_shear(&mut impulse);
         let sheared = shear_square(&sub(&impulse, old)) * (tangent * tangent);

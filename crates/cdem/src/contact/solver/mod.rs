@@ -35,7 +35,7 @@ pub(crate) enum Solver<const D: usize> {
 /// Changes of relative velocities at which a solve ends.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Precision {
-    /// Residual to reach.
+    /// Residual that is sufficient after [`EXACT_SWEEPS`](crate::contact::tolerances::EXACT_SWEEPS).
     pub(crate) residual: f64,
     /// Change of a relative velocity that counts as none, m/s.
     pub(crate) velocity: f64,

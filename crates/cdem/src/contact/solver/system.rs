@@ -8,10 +8,10 @@ use pulp::Scalar;
 
 use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds};
 use crate::contact::solver::active_set_cg::ActiveSetCg;
+use crate::contact::solver::coloured_pass::PassOrder;
 use crate::contact::solver::colouring::{Colouring, NodesOf};
-use crate::contact::solver::contact_rows::{ConstraintRows, ContactRows, ProximalWeight, nodes_of};
+use crate::contact::solver::contact_rows::{ConstraintRows, ContactRows, nodes_of};
 use crate::contact::solver::dof_map::{DofMap, DofSlot};
-use crate::contact::solver::gauss_seidel::SearchDirections;
 use crate::contact::solver::nonlinear_cg::NonlinearCg;
 use crate::contact::solver::row_assembly::RowAssembly;
 use crate::contact::solver::simd_block::{BlockList, SimdBlock};
@@ -52,7 +52,6 @@ pub(crate) struct ContactSystem<const D: usize, P> {
     moved: Vec<u32>,
     simd_blocks_of: NodesOf,
     /// Workspace of the solver.
-    pub(super) directions: SearchDirections<D>,
     pub(super) active_set_cg: ActiveSetCg<D, P>,
 }
 
@@ -167,10 +166,8 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
                 target: [0.0; D],
                 bounds: FrictionBounds::default(),
                 impulse: [0.0; D],
-                start: [0.0; D],
                 impulse_before: [0.0; D],
                 step: [0.0; D],
-                change: 0.0,
                 direction: [0.0; D],
             });
         }
@@ -194,7 +191,6 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         self.others.clear();
         let others = self.dof_map.others().iter();
         self.others.extend(others.map(|&node| velocity(node)));
-        self.colours.activate_all();
         self.push(|_, point| {
             let constraint = &constraints[point.number as usize];
             point.target = constraint.target;
@@ -207,7 +203,6 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
                     constraint.impulse_before[r]
                 }
             });
-            point.start = point.impulse;
             sub(&point.impulse, &point.impulse_before)
         });
         self.add_prescribed(constraints, velocity);
@@ -252,14 +247,15 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         }
     }
 
-    /// Adds to the velocities the response to an impulse of each active contact, N·s.
+    /// Adds to the velocities the response to an impulse of each contact, N·s.
     fn push(&mut self, impulse: impl Fn(usize, &mut ContactRows<D>) -> [f64; D] + Sync) {
         let push = ApplyImpulse {
             terms: &self.terms,
             impulse,
         };
+        let order = PassOrder::Forwards;
         self.colours
-            .pass(&mut self.points, &mut self.velocity, &push);
+            .pass(order, &mut self.points, &mut self.velocity, &push);
     }
 
     /// Returns the largest speed of a node, m/s.
@@ -291,57 +287,15 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         with_slot.chain(others.zip(self.others.iter().copied()))
     }
 
-    /// Makes all contacts active.
-    pub(super) fn activate_all(&mut self) {
-        self.colours.activate_all();
-    }
-
-    /// Deactivates the contacts whose relative velocities changed by less than `least`, m/s, in
-    /// the last sweep. Removes their part from the search direction.
-    pub(super) fn deactivate_converged(&mut self, least: f64) {
-        if least == 0.0 {
-            return;
-        }
-        let (points, nonlinear_cg) = (&self.points, &mut self.nonlinear_cg);
-        let terms = &self.terms;
-        self.colours.deactivate(|place, simd_blocks| {
-            let point = &points[place];
-            let stays = point.change >= least * least;
-            if !stays && (point.direction, point.step) != ([0.0; D], [0.0; D]) {
-                nonlinear_cg.leave(simd_blocks, terms, point);
-            }
-            stays
-        });
-        self.nonlinear_cg.narrow(&self.colours);
-    }
-
-    /// Returns the active contacts, with their positions.
-    pub(super) fn active(&self) -> impl ExactSizeIterator<Item = (usize, &ContactRows<D>)> {
-        let places = self.colours.active().iter();
-        places.map(|&place| (place as usize, &self.points[place as usize]))
-    }
-
-    /// Returns the SIMD blocks of the active contacts, sorted.
-    pub(super) fn active_blocks(&self, simd_blocks: &mut Vec<u32>) {
-        simd_blocks.clear();
-        for &place in self.colours.active() {
-            simd_blocks.extend_from_slice(self.colours.nodes(place as usize));
-        }
-        simd_blocks.sort_unstable();
-        simd_blocks.dedup();
-    }
-
-    /// Runs one Gauss–Seidel sweep over the active contacts. `proximal_weight` is the weight
-    /// of the proximal term.
-    pub(super) fn sweep(&mut self, proximal_weight: f64) -> SweepResult {
+    /// Runs one Gauss–Seidel sweep.
+    pub(super) fn sweep(&mut self, order: PassOrder) -> SweepResult {
         let sweep = SweepVisit {
             terms: &self.terms,
             ratio: self.nonlinear_cg.take_ratio(),
-            proximal_weight: ProximalWeight::new(proximal_weight),
         };
         let [change, scale, square] =
             self.colours
-                .pass(&mut self.points, &mut self.velocity, &sweep);
+                .pass(order, &mut self.points, &mut self.velocity, &sweep);
         SweepResult {
             change: change.sqrt(),
             scale: scale.max(f64::MIN_POSITIVE),
@@ -349,39 +303,30 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         }
     }
 
-    /// Computes the relative velocities of the active contacts by position, m/s, without the
-    /// motion of prescribed nodes.
+    /// Sets the search directions to zero.
+    pub(super) fn forget_directions(&mut self) {
+        for point in &mut self.points {
+            (point.direction, point.step) = ([0.0; D], [0.0; D]);
+        }
+        self.nonlinear_cg.begin(&self.velocity);
+    }
+
+    /// Moves each contact by `ratio` along its last direction, after a sweep. Velocities move
+    /// now, all at once. Impulses move in the next sweep, which also cuts them back to their
+    /// bounds.
+    pub(super) fn advance(&mut self, ratio: f64) {
+        self.nonlinear_cg.advance(ratio, &mut self.velocity);
+    }
+
+    /// Computes the relative velocities of the contacts by position, m/s, without the motion of
+    /// prescribed nodes.
     pub(super) fn relative_velocities(&self, velocity: &mut [P], relative: &mut [[f64; D]]) {
         let relate = RelativeVelocityVisit {
             terms: &self.terms,
             points: &self.points,
         };
-        self.colours.pass(relative, velocity, &relate);
-    }
-
-    /// Sets the search directions to zero.
-    pub(super) fn forget_directions(&mut self) {
-        for &place in self.colours.active() {
-            let point = &mut self.points[place as usize];
-            (point.direction, point.step) = ([0.0; D], [0.0; D]);
-        }
-        self.nonlinear_cg.begin(&self.colours, &self.velocity);
-    }
-
-    /// Moves each active contact by `ratio` along its last direction, after a sweep. Velocities
-    /// move now, all at once. Impulses move in the next sweep, which also cuts them back to
-    /// their bounds.
-    pub(super) fn advance(&mut self, ratio: f64) {
-        self.nonlinear_cg.advance(ratio, &mut self.velocity);
-    }
-
-    /// Adds `change` to the impulse of each active contact, and its response to the velocities.
-    pub(super) fn add(&mut self, change: impl Fn(usize, &ContactRows<D>) -> [f64; D] + Sync) {
-        self.push(|place, point| {
-            let change = change(place, point);
-            add_scaled(&mut point.impulse, 1.0, &change);
-            change
-        });
+        self.colours
+            .pass(PassOrder::Forwards, relative, velocity, &relate);
     }
 
     /// Adds a change to the impulse of one contact, and its response to the velocities.
@@ -395,9 +340,8 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
         self.terms.push(Scalar::new(), point, change, velocity);
     }
 
-    /// Computes the velocities that impulses of the active contacts make alone, m/s. `direct`
-    /// returns the impulse of a contact, from its value in `own`, and a size. Returns the
-    /// largest size.
+    /// Computes the velocities that impulses of the contacts make alone, m/s. `direct` returns the
+    /// impulse of a contact, from its value in `own`, and a size. Returns the largest size.
     pub(super) fn respond<T: Send>(
         &self,
         own: &mut [T],
@@ -409,7 +353,8 @@ impl<const D: usize, P: SimdBlock> ContactSystem<D, P> {
             points: &self.points,
             direct,
         };
-        let [largest] = self.colours.pass(own, velocity, &respond);
+        let order = PassOrder::Forwards;
+        let [largest] = self.colours.pass(order, own, velocity, &respond);
         largest
     }
 }

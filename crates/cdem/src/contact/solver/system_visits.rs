@@ -4,7 +4,7 @@
 use pulp::Simd;
 
 use crate::contact::solver::coloured_pass::{NodeValues, Visit, larger};
-use crate::contact::solver::contact_rows::{ConstraintRows, ContactRows, ProximalWeight};
+use crate::contact::solver::contact_rows::{ConstraintRows, ContactRows};
 use crate::contact::solver::simd_block::SimdBlock;
 
 /// Gauss–Seidel visit of a contact, after the velocities have moved by `ratio` along the
@@ -12,7 +12,6 @@ use crate::contact::solver::simd_block::SimdBlock;
 pub(super) struct SweepVisit<'a, const D: usize, P> {
     pub(super) terms: &'a ConstraintRows<D, P>,
     pub(super) ratio: f64,
-    pub(super) proximal_weight: ProximalWeight,
 }
 
 impl<const D: usize, P: SimdBlock> Visit<ContactRows<D>, P, 3> for SweepVisit<'_, D, P> {
@@ -26,16 +25,13 @@ impl<const D: usize, P: SimdBlock> Visit<ContactRows<D>, P, 3> for SweepVisit<'_
     ) -> [f64; 3] {
         let relative = self.terms.relative(point, &velocity);
         let old = point.advance(self.ratio);
-        let (impulse, change) = point.local_solve(&old, &relative, self.proximal_weight);
+        let (impulse, change) = point.local_solve(&old, &relative);
         let mut step = [0.0; D];
         // Number by number: a read of a part waits for the write of the whole.
         for r in 0..D {
             step[r] = impulse[r] - old[r];
             (point.impulse[r], point.step[r]) = (impulse[r], step[r]);
         }
-        // An open contact may carry an impulse at any time, so it stays active.
-        let is_open = impulse[0] <= -point.bounds.tension;
-        point.change = if is_open { f64::INFINITY } else { change };
         if step != [0.0; D] {
             self.terms.push(simd, point, &step, &mut velocity);
         }

@@ -3,7 +3,7 @@
 use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds, shear_norm};
 use crate::contact::solver::{Precision, Solver};
 use crate::contact::surface::ContactJacobian;
-use crate::contact::tolerances::{FEW_CONTACTS, RESIDUAL};
+use crate::contact::tolerances::{KICK_RESIDUAL, RESIDUAL};
 use crate::model::inverse_mass::{InverseMass, KickMobility};
 
 /// All changes of velocity count.
@@ -125,8 +125,7 @@ fn flush_faces_that_contradict_each_other_are_solved_to_the_end() {
     }
 }
 
-/// Pairs of faces close ever more slowly, so most contacts are deactivated on the way while
-/// directions go on with the others. The final velocities must be those that the impulses make.
+/// Pairs of faces close ever more slowly. The final velocities must be those that the impulses make.
 #[test]
 fn velocities_are_what_impulses_make_of_them() {
     let (counts, pairs) = ([21, 17], 12);
@@ -146,7 +145,6 @@ fn velocities_are_what_impulses_make_of_them() {
                 .map(|velocity| velocity.map(|v| speed * v)),
         );
     }
-    assert!(constraints.len() > FEW_CONTACTS);
     let inertia = InverseMass::<2>::new(vec![2.0; start.len()], Vec::new());
     let block_of = vec![0; start.len()];
     let mut velocity = start.clone();
@@ -328,9 +326,10 @@ fn nodes_get_what_contacts_bear<const D: usize>(shape: [usize; 3]) {
         }
         assert!(loaded.iter().any(|c| c.impulse[0] > 0.1));
         for (found, expected) in velocity.iter().flatten().zip(expected.iter().flatten()) {
-            // Up to 2000 sweeps change a node some 50 times each, at velocities of some m/s.
+            // Up to 2000 sweeps change a node some 50 times each, at velocities of some m/s: 1e5
+            // roundings of 1e-16 m/s, three times.
             assert!(
-                (found - expected).abs() < 5e-11,
+                (found - expected).abs() < 1e-10,
                 "{shape:?}: {found} {expected}"
             );
         }
@@ -401,12 +400,13 @@ fn what_is_held_may_change_between_solves() {
     }
 }
 
-/// Two contacts between the same two nodes have targets that exclude each other.
+/// Two contacts between the same two nodes have targets that exclude each other. The solve is given
+/// up. Impulses move apart by no more than their targets ask for in each sweep.
 #[test]
 fn contacts_that_contradict_each_other_stay_near_the_impulses_they_had() {
     let inertia = InverseMass::<2>::new(vec![1.0; 2], Vec::new());
     let asked = 1e-3;
-    let solve = |start: [f64; 2]| {
+    for start in [[0.5, 0.5], [2.0, -1.0]] {
         let mut constraints = vec![contact(&[(0, 1.0), (1, -1.0)], 0.0); 2];
         for (constraint, (sign, start)) in constraints.iter_mut().zip([1.0, -1.0].iter().zip(start))
         {
@@ -417,34 +417,24 @@ fn contacts_that_contradict_each_other_stay_near_the_impulses_they_had() {
         let mut velocity = vec![[0.0, -1.0], [0.0, 1.0]];
         let mut system = Solver::default();
         system.load(&constraints, mobility(&inertia, &[0, 0]));
-        let residual = system.solve(&mut constraints, &mut velocity, EXACT);
-        // Error of either contact, over the velocity that its impulse makes. The last sweeps
-        // come within a hundredth of the solution.
-        let largest = constraints
-            .iter()
-            .map(|c| c.impulse[0].abs())
-            .fold(0.0, f64::max);
-        let missed = asked / (2.0 * largest);
+        let kick = Precision {
+            residual: 0.1 * KICK_RESIDUAL,
+            velocity: 0.0,
+        };
+        let residual = system.solve(&mut constraints, &mut velocity, kick);
+        let impulses = [0, 1].map(|k| constraints[k].impulse[0]);
+        // A visit changes the relative velocity by the difference of the targets. An impulse of
+        // 1 N·s makes 2 m/s. There are some 40 sweeps and two descents of a few steps, each of
+        // which goes no farther than a few sweeps.
+        let scale = 2.0 * f64::max(impulses[0].abs(), impulses[1].abs());
         assert!(
-            (residual / missed - 1.0).abs() < 1e-2,
-            "{residual:e} {missed:e}"
+            (residual * scale / (2.0 * asked) - 1.0).abs() < 1e-9,
+            "{residual:e}"
         );
-        // They stop each other, in the middle between their targets.
-        assert!(
-            (velocity[0][1] - velocity[1][1]).abs() < 1e-2 * asked,
-            "{velocity:?}"
-        );
-        constraints[0].impulse[0] - constraints[1].impulse[0]
-    };
-    // The proximal term takes 1/1000 of what the impulse makes, 2 m/s for 1 N·s: each impulse
-    // grows by its target over that.
-    let grown = asked / (1e-3 * 2.0);
-    for start in [[0.5, 0.5], [2.0, -1.0]] {
-        let apart = solve(start) - (start[0] - start[1]);
-        assert!(
-            (apart / (2.0 * grown) - 1.0).abs() < 1e-2,
-            "{start:?}: {apart}"
-        );
+        let apart = impulses[0] - impulses[1] - (start[0] - start[1]);
+        assert!(apart.abs() <= 200.0 * asked, "{start:?}: {apart}");
+        let speed = velocity[0][1] - velocity[1][1];
+        assert!(speed.abs() <= asked * (1.0 + 1e-9), "{velocity:?}");
     }
 }
 
