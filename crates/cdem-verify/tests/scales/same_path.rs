@@ -1,22 +1,18 @@
-//! The same state takes the same path wherever it is: ties are not broken by the last digits of
-//! coordinates.
+//! The same state takes the same path wherever it is, seen in a mirror, and with other numbers: ties
+//! are not broken by the last digits of coordinates.
 
-use cdem_verify::{load, run};
+use cdem_verify::{Case, load, run};
+use nalgebra::{Rotation3, Unit, Vector3};
 
 /// Path of the cube.
 struct Path {
     /// Number of elements after each step.
     elements: Vec<u64>,
     /// Its angular velocity after each step, rad/s.
-    spin: Vec<[f64; 3]>,
+    spin: Vec<Vector3<f64>>,
 }
 
-/// Drops the cube, moved by `shift` m along the plane.
-fn fall(shift: [f64; 2]) -> Path {
-    let mut case = load("same-path");
-    let place = &mut case.block("cube").translate;
-    place[0] += shift[0];
-    place[1] += shift[1];
+fn fall(case: &Case) -> Path {
     let mut simulation = case.start();
     let mut path = Path {
         elements: Vec::new(),
@@ -24,32 +20,81 @@ fn fall(shift: [f64; 2]) -> Path {
     };
     run(&mut simulation, |simulation| {
         path.elements.push(simulation.history().elements);
-        path.spin.push(simulation.block_rows()[0].angular_velocity);
+        let rows = simulation.block_rows();
+        let cube = rows.iter().find(|row| row.block == "cube").expect("a cube");
+        path.spin.push(cube.angular_velocity.into());
     });
     path
 }
 
-/// Checks that a shift changes neither the elements that are cut nor the motion.
-fn check(path: &Path, shift: [f64; 2]) {
-    let other = fall(shift);
-    let spins = path.spin.iter().flatten().zip(other.spin.iter().flatten());
-    let apart = spins.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    let fastest = path
-        .spin
-        .iter()
-        .flatten()
-        .fold(0.0_f64, |w, x| w.max(x.abs()));
-    println!("moved by {shift:?} m: spin off by {:.1e}", apart / fastest);
-    assert_eq!(path.elements, other.elements, "{shift:?}");
-    assert!(apart < 1e-9 * fastest, "{shift:?}: {apart:e} of {fastest}");
+/// Checks that a variant of the case cuts the same elements and has the same spin, times `sign`.
+fn check(path: &Path, name: &str, variant: &Case, sign: [f64; 3]) {
+    let (other, sign) = (fall(variant), Vector3::from(sign));
+    let spins = path.spin.iter().zip(&other.spin);
+    let apart = spins.map(|(a, b)| (a - b.component_mul(&sign)).amax());
+    let apart = apart.fold(0.0, f64::max);
+    let fastest = path.spin.iter().map(Vector3::amax).fold(0.0, f64::max);
+    println!("{name}: spin off by {:.1e}", apart / fastest);
+    assert_eq!(path.elements, other.elements, "{name}");
+    assert!(apart < 1e-9 * fastest, "{name}: {apart:e} of {fastest}");
+}
+
+fn moved([x, y]: [f64; 2]) -> Case {
+    let mut case = load("same-path");
+    let place = &mut case.block("cube").translate;
+    place[0] += x;
+    place[1] += y;
+    case
+}
+
+/// Mirrors the case in the plane x = 0. The plane of the case reaches from -2 to 3 m.
+fn mirrored() -> Case {
+    let mut case = load("same-path");
+    case.block("plane").translate[0] -= 1.0;
+    let cube = case.block("cube");
+    cube.translate[0] *= -1.0;
+    for across in &mut cube.rotate.axis[1..] {
+        *across *= -1.0;
+    }
+    case
+}
+
+/// Numbers the nodes of the cube otherwise: turns it on to itself before it is rotated.
+fn renumbered(axis: [f64; 3], degrees: f64) -> Case {
+    let mut case = load("same-path");
+    let rotate = &mut case.block("cube").rotate;
+    let about = |axis: [f64; 3], angle| {
+        Rotation3::from_axis_angle(&Unit::new_normalize(axis.into()), angle)
+    };
+    let whole = about(rotate.axis, rotate.angle) * about(axis, f64::to_radians(degrees));
+    let (axis, angle) = whole.axis_angle().expect("a rotation");
+    (rotate.axis, rotate.angle) = (axis.into_inner().into(), angle);
+    case
 }
 
 #[test]
-fn a_cube_falls_alike_here_and_there() {
-    let path = fall([0.0; 2]);
+fn a_cube_falls_alike_here_and_there_mirrored_and_renumbered() {
+    let path = fall(&moved([0.0; 2]));
     let most = path.elements.iter().max();
     assert!(most > path.elements.first(), "{most:?}");
     for shift in [[0.0, 1e-14], [0.0, 1e-3], [0.1, 1.0]] {
-        check(&path, shift);
+        check(
+            &path,
+            &format!("moved by {shift:?} m"),
+            &moved(shift),
+            [1.0; 3],
+        );
     }
+    check(&path, "mirrored", &mirrored(), [1.0, -1.0, -1.0]);
+    for (axis, degrees) in [
+        ([0.0, 0.0, 1.0], 90.0),
+        ([1.0, 0.0, 0.0], 180.0),
+        ([1.0, 1.0, 1.0], 120.0),
+    ] {
+        let name = format!("turned about {axis:?} by {degrees}°");
+        check(&path, &name, &renumbered(axis, degrees), [1.0; 3]);
+    }
+    let mut case = moved([0.0; 2]);
+    case.scene.block.reverse();
+    check(&path, "the plane first", &case, [1.0; 3]);
 }
