@@ -1,9 +1,9 @@
-//! Stress tests of the time levels: level changes must not add energy, and a step as a linear map
-//! must not amplify anything (design, section 3).
+//! Stress tests of the time levels: level changes must not add energy, nor must the steps of joined
+//! blocks (design, section 3).
 
 #![allow(clippy::print_stdout)] // the tests report figures
 
-use nalgebra::{DMatrix, DVector, Schur, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::mesh::{ElementKind, tests};
 use crate::model::Model;
@@ -174,54 +174,38 @@ fn a_thousand_raisings_and_lowerings_hardly_pump_energy() {
     assert!(change_levels(2000, 60.0) < 0.05);
 }
 
-/// Returns the largest modulus of the eigenvalues of one coarse step, as a linear map of
-/// displacements and velocities about rest, and the number of levels.
-fn spectral_radius(scene: &Scene, amplitude: f64) -> (f64, usize) {
-    let at_rest = run_of(scene);
-    let nodes = at_rest.model.mesh.nodes.len();
-    let free: Vec<usize> = (0..2 * nodes)
-        .filter(|&i| !at_rest.model.inertia.prescribed(i / 2)[i % 2])
-        .collect();
-    let size = free.len();
-    let mut map = DMatrix::<f64>::zeros(2 * size, 2 * size);
-    for column in 0..2 * size {
-        // Opposite signs cancel terms that are quadratic in the amplitude.
-        for sign in [1.0, -1.0] {
-            let mut run = run_of(scene);
-            let (state, schedule) = (&mut run.state, &run.workspace.schedule);
-            let step = run.model.step;
-            let length = |level: &u8| step / f64::from(1_u32 << level);
-            state.node_interval = schedule.levels.node.iter().map(length).collect();
-            state.element_interval = schedule.levels.element.iter().map(length).collect();
-            state.number = 1;
-            let place = free[column % size];
-            let field = if column < size {
-                &mut state.displacement
+/// Returns the mean energy after this number of coarse steps over that before, of random velocities
+/// of all nodes, and the number of levels.
+fn energy_after_steps(scene: &Scene, steps: usize) -> (f64, usize) {
+    let mut run = run_of(scene);
+    let mut random = Rng::with_seed(3);
+    for (node, velocity) in run.state.velocity.iter_mut().enumerate() {
+        let prescribed = run.model.inertia.prescribed(node);
+        for (value, prescribed) in velocity.iter_mut().zip(prescribed) {
+            *value = if prescribed {
+                0.0
             } else {
-                &mut state.velocity
+                1e-7 * noise(&mut random)
             };
-            field[place / 2][place % 2] = sign * amplitude;
-            run.prepare();
-            run.step();
-            for (row, &place) in free.iter().enumerate() {
-                let values = [&run.state.displacement, &run.state.velocity];
-                for (half, values) in values.into_iter().enumerate() {
-                    map[(row + half * size, column)] +=
-                        0.5 * sign * values[place / 2][place % 2] / amplitude;
-                }
-            }
         }
     }
-    // A hundredth of the round-off of positions in the entries.
-    let precision = 1e-2 * f64::EPSILON / amplitude;
-    let schur = Schur::try_new(map, precision, 100_000).expect("eigenvalues");
-    let values = schur.complex_eigenvalues();
-    let levels = at_rest.workspace.schedule.histogram().len();
-    (values.iter().map(|v| v.norm()).fold(0.0, f64::max), levels)
+    run.prepare();
+    let mut mean = |steps: usize| {
+        let mut sum = 0.0;
+        for _ in 0..steps {
+            run.step();
+            let instant = run.instant();
+            sum += run.energy(&instant);
+        }
+        (sum / steps as f64, run.workspace.schedule.histogram().len())
+    };
+    let (before, _) = mean(1000);
+    mean(steps);
+    let (after, levels) = mean(1000);
+    (after / before, levels)
 }
 
-/// Prescribes the motion of a group, so that no rigid mode blurs the eigenvalues: its eigenvalue 1
-/// would be defective.
+/// Prescribes the motion of a group.
 fn hold(scene: &mut Scene, group: &str) {
     let zero = || Some(Schedule::Constant(0.0));
     scene.boundary.push(Boundary {
@@ -232,12 +216,12 @@ fn hold(scene: &mut Scene, group: &str) {
     });
 }
 
+/// Vibrations of joined blocks of unequal meshes and levels gain no energy. A kick goes on from the
+/// impulses of the last one, so only many steps show it. A growth of amplitudes by 2e-6 in a step
+/// would exceed the limit.
 #[test]
-fn no_pair_of_joined_blocks_amplifies_anything() {
+fn no_pair_of_joined_blocks_gains_energy() {
     use ElementKind::{Quad4, Tri3};
-    // The amplitude exceeds the round-off of positions, 1e-16, as far as the limit requires, and is
-    // below the accepted error of a gap, 1e-8 here: the map is linear.
-    let (amplitude, limit) = (1e-9, 1e-7);
     let pairs = [
         ([2, 1], [4, 2], Tri3, Tri3, 0.0),
         ([2, 1], [5, 3], Tri3, Quad4, 0.0),
@@ -251,11 +235,8 @@ fn no_pair_of_joined_blocks_amplifies_anything() {
         ];
         let mut scene = scene(blocks, 0.9);
         hold(&mut scene, "left.xmin");
-        let (radius, levels) = spectral_radius(&scene, amplitude);
-        println!(
-            "{left:?} {right:?} shifted by {shift}: spectral radius − 1 = {:.1e}, {levels} levels",
-            radius - 1.0
-        );
-        assert!(levels > 1 && radius < 1.0 + limit, "{radius}");
+        let (ratio, levels) = energy_after_steps(&scene, 5000);
+        println!("{left:?} {right:?} shifted by {shift}: energy × {ratio:.4}, {levels} levels");
+        assert!(levels > 1 && ratio < 1.02, "{ratio}");
     }
 }
