@@ -99,7 +99,7 @@ pub(crate) const SIDE_TURN_RATE: f64 = 16.0;
 /// of faces, 1.1 and 1.75 between edges (`narrow_phase/culling.rs`), and 1.3 where edges sharpen.
 /// The length is used up before nodes have moved by a 16th of the smallest length involved; the
 /// higher orders are far smaller there.
-pub(crate) const CULLING_RATE: f64 = 4.0;
+pub(crate) const CULLING_RATE: f64 = 2.0;
 
 // Continuous collision detection.
 
@@ -194,12 +194,12 @@ pub(crate) const MOST_FEATURES_OF_CLUSTER: usize = 128;
 pub(crate) const SPEED_GAIN: f64 = 2.25;
 
 /// Motion bound of a block at rest, relative to the contact resolution. Edges within flat faces may
-/// become sharp once nodes have moved by a few times this.
-pub(crate) const LEAST_MOTION_BOUND: f64 = 0.02;
+/// become sharp once nodes have moved by some ten times this.
+pub(crate) const LEAST_MOTION_BOUND: f64 = 0.005;
 
 /// Distance by which a bound on motion must clear a limit to tell without a test if a pair is near,
 /// relative to the contact resolution. It is far above the round-off of distances and travels.
-pub(crate) const BOUND_SLACK: f64 = 0.01;
+pub(crate) const BOUND_SLACK: f64 = 1e-3;
 
 /// Largest travel of a block since the last broad phase plus its motion bound, relative to its motion
 /// bound.

@@ -85,7 +85,13 @@ impl Boundary3d {
         duration: f64,
         depth: f64,
     ) -> Option<f64> {
-        if !self.are_sharp_within([main, target], motion, duration) {
+        let on = |lines: &LinePair, at: Configuration<3>| {
+            self.feet_are_on([main, target], &lines.foot, at, depth)
+        };
+        let lines = self.lines(main, target, motion.at);
+        // In an instant the feet tell; this test costs less.
+        let is_on = || lines.as_ref().is_some_and(|lines| on(lines, motion.at));
+        if duration == 0.0 && !is_on() || !self.are_sharp_within([main, target], motion, duration) {
             return None;
         }
         let (volume, edges) = self.volume_between([main, target], motion);
@@ -94,16 +100,14 @@ impl Boundary3d {
         let crossing = |time: f64| self.edge_edge(main, target, motion.after(time));
         // Parallel edges touch as soon as they are no longer parallel, unless they come no deeper
         // than `depth` until the next kick.
-        let sinks = crossing(0.0).is_none()
-            && crossing(duration).is_some_and(|crossing| crossing.gap < -depth);
+        let sinks =
+            lines.is_none() && crossing(duration).is_some_and(|crossing| crossing.gap < -depth);
         let margin = volume.round_off(duration);
         let touches = |forward: bool| {
             move |time: f64| {
                 let then = motion.after(time);
                 let lines = self.lines(main, target, then);
-                let on =
-                    |lines: &LinePair| self.feet_are_on([main, target], &lines.foot, then, depth);
-                lines.filter(on).is_some_and(|lines| {
+                lines.filter(|lines| on(lines, then)).is_some_and(|lines| {
                     let crossing = lines.between(&self.outward(main, target, then));
                     crossing.forward == forward
                         && crossing.gap * crossing.area >= -margin.max(depth * crossing.area)

@@ -10,7 +10,7 @@ use crate::contact::surface::{Configuration, ContactJacobian, JacobianAnchor, Pa
 use crate::contact::timing::KickSpan;
 use crate::contact::tolerances::{CCD_SAMPLES, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR};
 use crate::math::serde_pod;
-use crate::math::vector::{add_scaled, dot};
+use crate::math::vector::{add_scaled, dot, norm, sub};
 
 /// A closed feature pair. Its two points are one unified node until a criterion opens it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -146,6 +146,19 @@ impl<'a, const D: usize> DriftInterval<'a, D> {
             is_solved: true,
         }
     }
+
+    /// Returns a bound of the change of the gap of a pair, m: how far nodes of the two features move
+    /// against each other.
+    fn relative_motion(&self, surface: &dyn Surface<D>, pair: Pair) -> f64 {
+        let motion = |&node: &u32| sub(&self.at_end.at(node), &self.at_touch.at(node));
+        let main = surface.main_nodes(pair.main);
+        let first = motion(&main[0]);
+        let of = |nodes: &[u32]| {
+            let relative = nodes.iter().map(|node| norm(&sub(&motion(node), &first)));
+            relative.fold(0.0, f64::max)
+        };
+        of(main) + of(surface.target_nodes(pair.target))
+    }
 }
 
 impl<const D: usize> ContactPoint<D> {
@@ -185,7 +198,13 @@ impl<const D: usize> ContactPoint<D> {
         if !drift_interval.is_solved || self.is_new {
             return false;
         }
-        if context.surface.project(pair, drift_interval.at_end).outside <= 0.0 {
+        let (surface, at_touch) = (context.surface, drift_interval.at_touch);
+        // Most pairs, at rest all, cannot come that deep in a drift.
+        let change = drift_interval.relative_motion(surface, pair);
+        if surface.project(pair, at_touch).gap.abs() + change < GAP_ERROR * context.resolution {
+            return false;
+        }
+        if surface.project(pair, drift_interval.at_end).outside <= 0.0 {
             return self.is_shallower_than(context, pair, drift_interval.at_end);
         }
         // A pair that has passed by then may have been deep on the way.
@@ -194,9 +213,7 @@ impl<const D: usize> ContactPoint<D> {
             self.is_shallower_than(
                 context,
                 pair,
-                drift_interval
-                    .at_touch
-                    .towards(drift_interval.at_end, share),
+                at_touch.towards(drift_interval.at_end, share),
             )
         })
     }
