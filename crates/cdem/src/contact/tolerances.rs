@@ -303,7 +303,7 @@ pub(crate) const KICK_RESIDUAL: f64 = 1e-3;
 
 /// Residual at which the solve of an impact is done after [`EXACT_SWEEPS`], dimensionless. The
 /// remaining relative velocities are forces in the next kick, and hold its square of the energy of
-/// the impact. In a heap of 36 rocks, exact solves take 1800 sweeps each; energies differ by 1e-6.
+/// the impact. In a heap of 36 rocks, exact solves take 1800 sweeps each; losses differ by 1e-5.
 pub(crate) const IMPACT_RESIDUAL: f64 = 1e-4;
 
 /// Sweeps before the first step of nonlinear conjugate gradients (count). At rest, solves are done
