@@ -298,7 +298,8 @@ impl<const D: usize> Run<D> {
 
     /// Records touches that are rest, so that a run can tell of their losses. They belong to the
     /// impact that goes on. If there is none, they are compared with the energy at the speed of rest.
-    /// Far below that speed they cannot matter.
+    /// Far below that speed they cannot matter. Blocks that have touched lately lie, roll or slide:
+    /// gravity feeds the losses of their touches.
     fn record_rest(
         &self,
         adaptivity: &mut Adaptivity<D>,
@@ -313,6 +314,9 @@ impl<const D: usize> Run<D> {
         let until = self.until(ZONE_TRANSITS * transit);
         if adaptivity.has_impact(blocks) {
             adaptivity.continue_impact(blocks, until);
+            return;
+        }
+        if adaptivity.has_touched(blocks) {
             return;
         }
         let impacts = self.impact_predictions(adaptivity, places, 0.0);
