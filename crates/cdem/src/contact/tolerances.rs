@@ -298,7 +298,8 @@ pub(crate) const EXACT_SWEEPS: u32 = 32;
 
 /// Residual at which the solve of a kick is done after [`EXACT_SWEEPS`], dimensionless. The next
 /// kick begins with these impulses. What a solve must leave is less than 1/(1 +
-/// [`GAP_CORRECTION`]) of an error in each mode, which sweeps there and back do.
+/// [`GAP_CORRECTION`]) of an error in each mode. Sweeps there and back do; the steps of conjugate
+/// gradients between them are covered by runs without damping alone, whose energy does not grow.
 pub(crate) const KICK_RESIDUAL: f64 = 1e-3;
 
 /// Residual at which the solve of an impact is done after [`EXACT_SWEEPS`], dimensionless. The
@@ -306,8 +307,8 @@ pub(crate) const KICK_RESIDUAL: f64 = 1e-3;
 /// the impact. In a heap of 36 rocks, exact solves take 1800 sweeps each; losses differ by 1e-5.
 pub(crate) const IMPACT_RESIDUAL: f64 = 1e-4;
 
-/// Sweeps before the first step of nonlinear conjugate gradients (count). At rest, solves are done
-/// before it.
+/// Sweeps before the first step of nonlinear conjugate gradients (count). Many solves of blocks that
+/// meet in a few points are done before it.
 pub(crate) const PLAIN_SWEEPS: u32 = 7;
 
 /// Sweeps in which the residual must fall to [`STALL_RATIO`] of its value (count). Otherwise the
