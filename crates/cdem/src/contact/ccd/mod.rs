@@ -2,4 +2,5 @@
 
 pub(crate) mod boundary_2d;
 pub(crate) mod boundary_3d;
+pub(crate) mod instant;
 pub(crate) mod signed_volume;

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
+use crate::contact::ccd::instant::instant_of_touch;
 use crate::contact::constraint::active_set::ActiveSetIndex;
 use crate::contact::constraint::contact_point::{ContactPoint, DriftInterval};
 use crate::contact::constraint::context::ContactContext;
@@ -368,6 +369,7 @@ fn touch<const D: usize>(
     let Some(wait) = wait else {
         return TouchState::Never;
     };
+    let wait = instant_of_touch(surface, pair, motion, wait, span);
     let beside = closed
         .index
         .nearby(closed.contact_points, context, motion, pair, remaining);
