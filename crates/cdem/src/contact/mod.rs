@@ -32,6 +32,7 @@ use crate::contact::interior::BodyCoupling;
 use crate::contact::island::parallel::{self, IslandKicks, IslandsInKick};
 use crate::contact::island::{Bodies, Island};
 use crate::contact::model_data::{ContactLengths, ContactModelData};
+use crate::contact::narrow_phase::feature_selection::has_one_normal;
 use crate::contact::state::{ContactState, ContactWorkspace};
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Surface, boundary_2d, boundary_3d};
@@ -105,11 +106,7 @@ impl<const D: usize> Contacts<D> {
             resolution: tolerance,
             ..data.context(inertia)
         };
-        pairs.retain(|&pair| {
-            context
-                .surface
-                .can_transmit_load(pair, at, context.resolution)
-        });
+        pairs.retain(|&pair| has_one_normal(context.surface, pair, at, context.resolution));
         let mut island = Island::default();
         self.state.energies.touch_count +=
             island.activate_pairs(&context, DriftInterval::at_rest(at), &pairs, 0.0);

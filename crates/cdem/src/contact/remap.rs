@@ -6,6 +6,7 @@ use crate::contact::detection::candidates::CandidateSearch;
 use crate::contact::detection::clusters::Clusters;
 use crate::contact::grouping::IslandIndex;
 use crate::contact::island::Island;
+use crate::contact::narrow_phase::feature_selection::has_one_normal;
 use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::tolerances::{LIFT_STEPS, SLIGHT_OVERLAP};
 use crate::contact::{Contacts, DriftInterval};
@@ -202,7 +203,7 @@ impl<const D: usize> Contacts<D> {
         let mut pairs = self.model_data.touching_pairs(at, within, &wanted);
         let context = self.model_data.context(inertia);
         let surface = context.surface;
-        pairs.retain(|&pair| surface.can_transmit_load(pair, at, within));
+        pairs.retain(|&pair| has_one_normal(surface, pair, at, within));
         let island = &mut self.state.islands[0];
         let kept = island.contact_points.len();
         island.activate_pairs(&context, DriftInterval::at_rest(at), &pairs, time);

@@ -5,7 +5,7 @@ use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::{
     Configuration, ConstantMotion, Distance, GapAllowance, Pair, TimeOfImpact, beyond_reentrant,
 };
-use crate::contact::tolerances::{FLUSH, FOOT_ROUND_OFF};
+use crate::contact::tolerances::FOOT_ROUND_OFF;
 use crate::math::vector::{cross2, dot, norm, sub};
 
 impl Boundary2d {
@@ -38,45 +38,6 @@ impl Boundary2d {
         let turn = f64::atan2(cross2(&ways[0], &ways[1]), dot(&ways[0], &ways[1]));
         beyond_reentrant(turn, depth) / self.target_size(edge, at) + FOOT_ROUND_OFF
     }
-
-    /// Returns true if a touch within `zone`, m, of an end of the target edge is a touch of the
-    /// next edge, at a convex corner. A point that slides along one edge crosses the line of the
-    /// other, which is no touch. The positions `then` are those at the end of the drift.
-    fn belongs_to_other_edge(
-        &self,
-        pair: Pair,
-        foot: f64,
-        zone: f64,
-        then: Configuration<2>,
-    ) -> bool {
-        let length = self.target_size(pair.target, then);
-        let from_end = foot.min(1.0 - foot) * length;
-        if from_end > zone {
-            return false;
-        }
-        let Some(other) = self.next(pair.target, foot > 0.5) else {
-            return false;
-        };
-        let turn = {
-            let (one, two) = if foot > 0.5 {
-                (pair.target, other)
-            } else {
-                (other, pair.target)
-            };
-            cross2(&self.direction(one, then), &self.direction(two, then))
-        };
-        if turn < FLUSH || self.lies_flush(pair, then, zone) {
-            return false;
-        }
-        let beside = Pair {
-            target: other,
-            ..pair
-        };
-        // Corners that meet head-on also cross the other edge. If that edge may not be touched, the
-        // touch is here.
-        self.in_normal_cone(beside, then)
-            && self.project(beside, then).gap > self.project(pair, then).gap
-    }
 }
 
 impl TimeOfImpact<2> for Boundary2d {
@@ -87,9 +48,6 @@ impl TimeOfImpact<2> for Boundary2d {
         duration: f64,
         slack: GapAllowance,
     ) -> bool {
-        if slack.clear.is_finite() && self.project(pair, motion.at).gap > slack.clear {
-            return true;
-        }
         let (area, edge) = self.area_before(pair, motion);
         let lengths = [0.0, duration].map(|time| norm(&moved(&edge, time)));
         area.stays_in_contact(lengths, duration, slack)
@@ -110,9 +68,6 @@ impl TimeOfImpact<2> for Boundary2d {
             let slack = self.foot_slack(pair.target, foot > 0.5, then, depth);
             (-slack..=1.0 + slack).contains(&foot)
         };
-        let time = area.first_root(duration, deep, is_on_edge)?;
-        let foot = self.project(pair, motion.after(time)).foot[0];
-        let end = motion.after(duration);
-        (!self.belongs_to_other_edge(pair, foot, depth, end)).then_some(time)
+        area.first_root(duration, deep, is_on_edge)
     }
 }

@@ -3,7 +3,6 @@
 
 use crate::contact::ccd::signed_volume::{SignedVolume, last, moved};
 use crate::contact::narrow_phase::edge_edge::LinePair;
-use crate::contact::narrow_phase::point_triangle;
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::{Configuration, ConstantMotion, GapAllowance, Pair, TimeOfImpact};
 use crate::contact::tolerances::{EDGE_OUTWARD, EDGE_STEADY};
@@ -27,12 +26,8 @@ impl TimeOfImpact<3> for Boundary3d {
         slack: GapAllowance,
     ) -> bool {
         match self.feature_pair(pair) {
-            FeaturePair::PointTriangle { vertex, triangle } => {
-                let p = self.triangulation.point(vertex, motion.at);
-                let corners = || self.triangulation.triangle(triangle, motion.at);
-                let gap = || point_triangle::gap(&p, &corners());
-                slack.clear.is_finite() && gap() > slack.clear
-                    || self.point_triangle_stays(pair, motion, duration, slack)
+            FeaturePair::PointTriangle { .. } => {
+                self.point_triangle_stays(pair, motion, duration, slack)
             }
             FeaturePair::EdgeEdge { main, target } => {
                 self.edge_edge_stays([main, target], motion, duration, slack)
@@ -148,8 +143,7 @@ impl Boundary3d {
         volume.stays_in_contact(areas, duration, slack)
     }
 
-    /// Returns true if two edges in contact stay so for `duration` seconds and far from parallel,
-    /// or if their gap is large enough to wait.
+    /// Returns true if two edges in contact stay so for `duration` seconds and far from parallel.
     pub(crate) fn edge_edge_stays(
         &self,
         [main, target]: [u32; 2],
@@ -158,11 +152,8 @@ impl Boundary3d {
         slack: GapAllowance,
     ) -> bool {
         let Some(crossing) = self.edge_edge(main, target, motion.at) else {
-            return slack.clear.is_finite();
+            return false;
         };
-        if crossing.gap > slack.clear {
-            return true;
-        }
         let (volume, edges) = self.volume_between([main, target], motion);
         let [now, then] = [0.0, duration].map(|time| {
             let [one, other] = edges.map(|edge| moved(&edge, time));

@@ -310,7 +310,6 @@ mod tests {
         let slack = GapAllowance {
             within: 1e-2,
             depth: 1e-6,
-            clear: f64::INFINITY,
         };
         for (gap, sinks, rests) in [
             (0.0, 0.0, true),

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds, shear_norm};
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::law::ContactLaw;
+use crate::contact::narrow_phase::feature_selection::are_one_contact;
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{Configuration, ContactJacobian, JacobianAnchor, Pair, Surface};
 use crate::contact::timing::KickSpan;
@@ -182,7 +183,11 @@ impl<const D: usize> ContactPoint<D> {
                     .neighbour(self.pair, foot, drift_interval.at_end)
                     .is_some()
         };
-        surface.same_contact(self.pair, pair, drift_interval.at_touch, resolution)
+        let (pairs, blocks) = (
+            [self.pair, pair],
+            [self.history.blocks, context.blocks(pair)],
+        );
+        are_one_contact(surface, pairs, blocks, drift_interval.at_touch, resolution)
             && continues()
             && !self.leaves_uncovered(context, pair, drift_interval)
     }

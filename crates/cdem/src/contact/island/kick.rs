@@ -447,7 +447,7 @@ impl<const D: usize> Island<D> {
         let then = motion.positions().after(motion.velocity, drift);
         let gap_error = |(contact, constraint): (&ContactPoint<D>, &Constraint<D>)| {
             // Edges that have become parallel have no gap.
-            let gap = surface.gap(contact.pair, then, &constraint.jacobian.frame[0]);
+            let gap = surface.gap(contact.pair, then, Some(&constraint.jacobian.frame[0]));
             let gap_error = gap.map_or(0.0, |gap| gap - contact.offset[0]);
             let sinks = || {
                 gap_error < -GAP_ERROR * resolution

@@ -12,17 +12,6 @@ use crate::contact::tolerances::{FLUSH, SAME_FEATURE_ANGLE};
 use crate::math::vector::{add, cross2, dot, norm, scale, sub};
 
 impl Boundary2d {
-    /// Returns true if an edge of the main vertex lies on the target edge over more than
-    /// `resolution`.
-    pub(crate) fn lies_flush(&self, pair: Pair, at: Configuration<2>, resolution: f64) -> bool {
-        let own = self.vertices[pair.main as usize]
-            .edges
-            .into_iter()
-            .flatten();
-        own.into_iter()
-            .any(|edge| self.overlap(edge, pair.target, at, resolution) > resolution)
-    }
-
     /// Returns half the length over which the edges of the main vertex lie flush on the target
     /// edge, m. The other half belongs to the other end of the overlap.
     pub(crate) fn flush_share(&self, pair: Pair, at: Configuration<2>, resolution: f64) -> f64 {
@@ -80,12 +69,6 @@ impl Distance<2> for Boundary2d {
         norm(&[gap, outside.max(0.0)])
     }
 
-    fn can_transmit_load(&self, pair: Pair, at: Configuration<2>, resolution: f64) -> bool {
-        let foot = self.project(pair, at).foot[0];
-        let from_end = foot.min(1.0 - foot) * self.target_size(pair.target, at);
-        from_end > resolution || self.lies_flush(pair, at, resolution)
-    }
-
     fn is_reentrant_pair(&self, one: Pair, other: Pair, at: Configuration<2>) -> bool {
         let faces = |from: u32, to: u32| {
             let (a, b) = self.edge(from, at);
@@ -137,28 +120,6 @@ impl Distance<2> for Boundary2d {
     fn target_size(&self, target: u32, at: Configuration<2>) -> f64 {
         let (a, b) = self.edge(target, at);
         norm(&sub(&b, &a))
-    }
-
-    fn same_contact(&self, one: Pair, other: Pair, at: Configuration<2>, resolution: f64) -> bool {
-        let (n, m) = (self.outward(one.target, at), self.outward(other.target, at));
-        let flush = cross2(&n, &m).abs() <= FLUSH;
-        if one.main == other.main {
-            // One vertex at the joint of two edges of a smooth boundary; farther on, the boundary
-            // has bent away from the first edge.
-            let adjacent = self.ends[one.target as usize]
-                .iter()
-                .any(|end| self.ends[other.target as usize].contains(end));
-            return adjacent && flush && dot(&n, &m) > 0.0;
-        }
-        // Two vertices that lie on each other, each on an edge of the other.
-        flush
-            && dot(&n, &m) < 0.0
-            && self.ends[one.target as usize].contains(&other.main)
-            && self.ends[other.target as usize].contains(&one.main)
-            && norm(&sub(
-                &at.at(self.main_node(one)),
-                &at.at(self.main_node(other)),
-            )) <= resolution
     }
 }
 

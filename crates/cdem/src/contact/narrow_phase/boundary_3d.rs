@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::contact::narrow_phase::classification::FeatureSet;
 use crate::contact::narrow_phase::edge_edge::{self, EdgeEdge, LinePair};
-use crate::contact::narrow_phase::point_triangle::{self, PointTriangle};
+use crate::contact::narrow_phase::point_triangle::PointTriangle;
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{
@@ -12,7 +12,7 @@ use crate::contact::surface::{
     Pairs, Projection,
 };
 use crate::contact::tolerances::FLUSH;
-use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
+use crate::math::vector::{add_scaled, dot, norm, scale, sub};
 use crate::mesh::distance_to;
 
 impl Boundary3d {
@@ -49,37 +49,10 @@ impl Boundary3d {
         )
     }
 
-    /// Returns true if two edges are so sharp that they can meet each other.
-    pub(crate) fn are_sharp(&self, edges: [u32; 2], at: Configuration<3>) -> bool {
-        let [one, other] = edges.map(|edge| self.length(edge, at));
-        let under = edges.into_iter().zip([other, one]);
-        let mut sharp =
-            under.map(|(edge, length)| self.triangulation.is_sharp_under(edge, length, at));
-        sharp.all(|is_sharp| is_sharp)
-    }
-
     /// Returns the length of an edge, m.
     pub(crate) fn length(&self, edge: u32, at: Configuration<3>) -> f64 {
         let [a, b] = self.triangulation.edge(edge, at);
         norm(&sub(&b, &a))
-    }
-
-    /// Returns the blocks of a pair: main and target.
-    pub(crate) fn blocks(&self, pair: Pair) -> [u32; 2] {
-        let of_edge = |edge: u32| {
-            self.triangulation
-                .block(self.triangulation.edges[edge as usize].ends[0])
-        };
-        match self.feature_pair(pair) {
-            FeaturePair::PointTriangle { vertex, triangle } => {
-                let corner = self.triangulation.triangles[triangle as usize].corners[0];
-                [
-                    self.triangulation.block(vertex),
-                    self.triangulation.block(corner),
-                ]
-            }
-            FeaturePair::EdgeEdge { main, target } => [of_edge(main), of_edge(target)],
-        }
     }
 }
 
@@ -102,23 +75,6 @@ impl Distance<3> for Boundary3d {
             FeaturePair::PointTriangle { .. } => self.exclusion_of_point(pair, at, resolution),
             FeaturePair::EdgeEdge { main, target } => {
                 self.exclusion_of_edges([main, target], at, resolution)
-            }
-        }
-    }
-
-    fn can_transmit_load(&self, pair: Pair, at: Configuration<3>, resolution: f64) -> bool {
-        let places = FeatureSet::both(self, pair, at, resolution);
-        let on_face = || {
-            matches!(
-                FeatureSet::kind(self, pair, &places, at),
-                ContactKind::FaceFace | ContactKind::EdgeFace | ContactKind::VertexFace
-            )
-        };
-        match self.feature_pair(pair) {
-            FeaturePair::PointTriangle { .. } => on_face(),
-            FeaturePair::EdgeEdge { main, target } => {
-                let across = places.iter().all(|place| !place.is_at_vertex());
-                self.are_sharp([main, target], at) && (across || on_face())
             }
         }
     }
@@ -181,18 +137,17 @@ impl Distance<3> for Boundary3d {
         }
     }
 
-    fn gap(&self, pair: Pair, at: Configuration<3>, along: &[f64; 3]) -> Option<f64> {
+    fn gap(&self, pair: Pair, at: Configuration<3>, along: Option<&[f64; 3]>) -> Option<f64> {
         match self.feature_pair(pair) {
             FeaturePair::PointTriangle { vertex, triangle } => {
-                let p = self.triangulation.point(vertex, at);
-                Some(point_triangle::gap(
-                    &p,
-                    &self.triangulation.triangle(triangle, at),
-                ))
+                let corner = self.triangulation.triangles[triangle as usize].corners[0];
+                let [p, a] = [vertex, corner].map(|of| self.triangulation.point(of, at));
+                Some(dot(&sub(&p, &a), &self.triangulation.normal(triangle, at)))
             }
             FeaturePair::EdgeEdge { main, target } => {
                 let lines = self.lines(main, target, at)?;
-                Some(lines.between(along).gap)
+                let outward = along.map_or_else(|| self.outward(main, target, at), |along| *along);
+                Some(lines.between(&outward).gap)
             }
         }
     }
@@ -234,24 +189,6 @@ impl Distance<3> for Boundary3d {
             }
             Some(edge) => self.length(edge, at),
         }
-    }
-
-    fn same_contact(&self, one: Pair, other: Pair, at: Configuration<3>, resolution: f64) -> bool {
-        let (blocks, mut others) = (self.blocks(one), self.blocks(other));
-        let swapped = blocks != others;
-        others.reverse();
-        if swapped && blocks != others {
-            return false;
-        }
-        let apart = sub(&self.point(one, at), &self.point(other, at));
-        if norm(&apart) > resolution {
-            return false;
-        }
-        let [Some(normal), Some(second)] = [one, other].map(|pair| self.normal(pair, at)) else {
-            return false;
-        };
-        let cosine = dot(&normal, &second);
-        norm(&cross(&normal, &second)) <= FLUSH && (cosine < 0.0) == swapped
     }
 
     fn point(&self, pair: Pair, at: Configuration<3>) -> [f64; 3] {

@@ -186,10 +186,6 @@ impl FeatureSet {
         }
     }
 
-    pub(crate) fn is_at_vertex(&self) -> bool {
-        self.vertex.is_some()
-    }
-
     /// Returns 0 at a corner, 1 on an edge, 2 within a face. A vertex of a flat boundary may be on
     /// an edge or within a face.
     fn dimension(&self, boundary: &Boundary3d, at: Configuration<3>) -> u32 {

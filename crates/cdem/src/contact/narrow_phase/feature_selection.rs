@@ -37,7 +37,7 @@ pub(crate) fn select_feature_pair<const D: usize>(
     // A corner that meets a corner sinks into all of its faces, or goes past.
     let one_way = rivals
         .iter()
-        .all(|&rival| are_aligned(surface, [best, rival], at));
+        .all(|&rival| cosine_of_parallel(surface, [best, rival], at).is_some());
     if one_way || gap(best) <= -slack {
         return Some(best);
     }
@@ -73,18 +73,53 @@ fn competing_pairs<const D: usize>(
     own.into_iter().chain(others).collect()
 }
 
-/// Returns true if the normals of two pairs are parallel up to a small angle, whichever is the main
-/// block.
-fn are_aligned<const D: usize>(
+/// Returns true if all pairs that touch within `resolution`, m, of the point of `pair` have its
+/// normal, up to a small angle. Where corners or edges only just meet, as those of stones side by
+/// side and one above the other, there are several normals, and only a motion tells which acts.
+/// Edges within flat faces have none.
+pub(crate) fn has_one_normal<const D: usize>(
+    surface: &dyn Surface<D>,
+    pair: Pair,
+    at: Configuration<D>,
+    resolution: f64,
+) -> bool {
+    let has_normal_of = |rival: &Pair| cosine_of_parallel(surface, [pair, *rival], at).is_some();
+    surface.may_touch_in_drift(pair, at, at)
+        && competing_pairs(surface, pair, at, resolution)
+            .iter()
+            .all(has_normal_of)
+}
+
+/// Returns true if two pairs, between these `blocks`, are one physical contact, whose constraint
+/// counts once: they have the same point, within `resolution`, m, and the same normal.
+pub(crate) fn are_one_contact<const D: usize>(
+    surface: &dyn Surface<D>,
+    pairs: [Pair; 2],
+    blocks: [[u32; 2]; 2],
+    at: Configuration<D>,
+    resolution: f64,
+) -> bool {
+    let [of_one, of_other] = blocks;
+    let is_swapped = of_one != of_other;
+    if is_swapped && of_one != [of_other[1], of_other[0]] {
+        return false;
+    }
+    let [one, other] = pairs.map(|pair| surface.point(pair, at));
+    let cosine = || cosine_of_parallel(surface, pairs, at);
+    norm(&sub(&one, &other)) <= resolution
+        && cosine().is_some_and(|cosine| (cosine < 0.0) == is_swapped)
+}
+
+/// Returns the cosine of the angle between the normals of two pairs, if they are parallel up to a
+/// small angle, whichever is the main block.
+fn cosine_of_parallel<const D: usize>(
     surface: &dyn Surface<D>,
     pairs: [Pair; 2],
     at: Configuration<D>,
-) -> bool {
-    let normals = pairs.map(|pair| surface.normal(pair, at));
-    let [Some(one), Some(mut other)] = normals else {
-        return false;
-    };
+) -> Option<f64> {
+    let [one, other] = pairs.map(|pair| surface.normal(pair, at));
+    let (one, mut other) = (one?, other?);
     let cosine = dot(&one, &other);
     add_scaled(&mut other, -cosine, &one);
-    norm(&other) <= FLUSH
+    (norm(&other) <= FLUSH).then_some(cosine)
 }

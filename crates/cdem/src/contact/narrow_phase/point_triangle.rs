@@ -3,12 +3,6 @@
 use crate::contact::surface::triangulation::scaled_normal;
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
 
-/// Returns the distance of the point `p` from the plane of a triangle, m; negative inside.
-pub(crate) fn gap(p: &[f64; 3], triangle: &[[f64; 3]; 3]) -> f64 {
-    let (normal, _) = scaled_normal(triangle);
-    dot(&sub(p, &triangle[0]), &normal)
-}
-
 /// A point and the plane of a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PointTriangle {

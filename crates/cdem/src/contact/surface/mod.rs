@@ -92,6 +92,4 @@ pub(crate) struct GapAllowance {
     pub(crate) within: f64,
     /// Penetration allowed at the end of the drift, m.
     pub(crate) depth: f64,
-    /// Gap above which a pair waits for the next kick, m; infinite if no pair can wait.
-    pub(crate) clear: f64,
 }

@@ -59,20 +59,14 @@ pub(crate) trait Distance<const D: usize>: Topology<D> {
     fn exclusion(&self, _pair: Pair, _at: Configuration<D>, _resolution: f64) -> f64 {
         f64::NEG_INFINITY
     }
-    /// Returns true if a pair that touches at rest can press. Edges within a flat face cannot.
-    /// Corners and edges that only just meet cannot either, as those of stones side by side and one
-    /// above the other: only a motion tells their direction.
-    fn can_transmit_load(&self, _pair: Pair, _at: Configuration<D>, _tolerance: f64) -> bool {
-        true
-    }
     /// Returns true if the pairs are the two contacts of one point with the sides of a re-entrant
     /// corner, so that both must be kept.
     fn is_reentrant_pair(&self, one: Pair, other: Pair, at: Configuration<D>) -> bool;
     /// Returns the gap and foot point of the main point on the target.
     fn project(&self, pair: Pair, at: Configuration<D>) -> Projection;
-    /// Returns the gap of a pair, m, with the normal out of the target on the side of `along`;
-    /// `None` for parallel edges.
-    fn gap(&self, pair: Pair, at: Configuration<D>, _along: &[f64; D]) -> Option<f64> {
+    /// Returns the gap of a pair, m; `None` for parallel edges. The normal is on the side of
+    /// `along`, or on the side that the surface gives.
+    fn gap(&self, pair: Pair, at: Configuration<D>, _along: Option<&[f64; D]>) -> Option<f64> {
         let projection = self.project(pair, at);
         projection.outside.is_finite().then_some(projection.gap)
     }
@@ -83,8 +77,6 @@ pub(crate) trait Distance<const D: usize>: Topology<D> {
     fn in_normal_cone(&self, pair: Pair, at: Configuration<D>) -> bool;
     /// Returns the size of the target feature, m.
     fn target_size(&self, target: u32, at: Configuration<D>) -> f64;
-    /// Returns true if two pairs are the same physical contact, which is counted once.
-    fn same_contact(&self, one: Pair, other: Pair, at: Configuration<D>, resolution: f64) -> bool;
     /// Returns the contact point on the main feature, m.
     fn point(&self, pair: Pair, at: Configuration<D>) -> [f64; D] {
         at.at(self.main_nodes(pair.main)[0])
@@ -114,8 +106,7 @@ pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
         true
     }
     /// Returns true if a pair in contact, within `slack`, surely stays so for `duration` at
-    /// constant velocities. Also returns true if its gap is so large that the test can wait for
-    /// the next kick. Parallel edges have no gap, so they wait if `slack` lets a pair wait.
+    /// constant velocities.
     fn stays_in_contact(
         &self,
         pair: Pair,

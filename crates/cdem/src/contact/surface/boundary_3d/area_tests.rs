@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 
+use crate::contact::narrow_phase::feature_selection::are_one_contact;
 use crate::contact::narrow_phase::tributary_area::common_area;
 use crate::contact::surface::boundary_3d::tests::all_pairs;
 use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
@@ -22,7 +23,10 @@ fn contacts_of(boundary: &Boundary3d, at: Configuration<3>, resolution: f64) -> 
                 .all(|&edge| boundary.triangulation.is_sharp(edge, at)),
             FeaturePair::PointTriangle { .. } => true,
         };
-        let known = |other: &Pair| boundary.same_contact(*other, pair, at, resolution);
+        let known = |other: &Pair| {
+            let blocks = [*other, pair].map(|pair| boundary.blocks(pair));
+            are_one_contact(boundary, [*other, pair], blocks, at, resolution)
+        };
         if touches && counts && boundary.in_normal_cone(pair, at) && !contacts.iter().any(known) {
             contacts.push(pair);
         }

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use rayon::prelude::*;
 
-use crate::contact::surface::boundary_3d::Boundary3d;
+use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::{
     Configuration, ConstantMotion, ContactGeometry, ContactJacobian, Distance, GapAllowance,
     JacobianAnchor, Pair, TimeOfImpact, Topology,
@@ -68,12 +68,31 @@ pub(super) fn all_pairs(boundary: &Boundary3d) -> Vec<Pair> {
     pairs
 }
 
+impl Boundary3d {
+    /// Returns the blocks of a pair: main and target.
+    pub(crate) fn blocks(&self, pair: Pair) -> [u32; 2] {
+        let of_edge = |edge: u32| {
+            self.triangulation
+                .block(self.triangulation.edges[edge as usize].ends[0])
+        };
+        match self.feature_pair(pair) {
+            FeaturePair::PointTriangle { vertex, triangle } => {
+                let corner = self.triangulation.triangles[triangle as usize].corners[0];
+                [
+                    self.triangulation.block(vertex),
+                    self.triangulation.block(corner),
+                ]
+            }
+            FeaturePair::EdgeEdge { main, target } => [of_edge(main), of_edge(target)],
+        }
+    }
+}
+
 /// All results for the pairs of a drift, as text: numbers with all their digits.
 fn answers(boundary: &Boundary3d, at: Configuration<3>, velocity: &[[f64; 3]]) -> Vec<String> {
     let slack = GapAllowance {
         within: 1e-6,
         depth: 1e-8,
-        clear: f64::INFINITY,
     };
     let motion = ConstantMotion { at, velocity };
     let ask = |pair: &Pair| {

@@ -4,6 +4,7 @@ use super::{
     FLAT, ROOF, TOLERANCE, VALLEY, assert_close, assert_projection, foot_point, keel, over_roof_2d,
     over_roof_3d, pair, plane, space, tip_2d, tip_3d,
 };
+use crate::contact::narrow_phase::feature_selection::{are_one_contact, has_one_normal};
 use crate::contact::surface::{Configuration, Distance};
 
 #[test]
@@ -16,7 +17,10 @@ fn a_vertex_in_the_plane_is_projected_on_an_edge() {
     assert_projection(projection, 0.25, -1.0);
     assert_close(projection.foot, [0.8, 0.0]);
     let along = [0.0, 1.0];
-    assert_close([boundary.gap(pair, at, &along).expect("a gap")], [0.25]);
+    assert_close(
+        [boundary.gap(pair, at, Some(&along)).expect("a gap")],
+        [0.25],
+    );
     assert_close(boundary.normal(pair, at).expect("a normal"), [0.6, 0.8]);
     assert_close([boundary.target_size(pair.target, at)], [5.0]);
     assert_eq!(boundary.point(pair, at), [0.8 + 0.15, -0.6 + 0.2]);
@@ -33,7 +37,10 @@ fn a_vertex_in_space_is_projected_on_a_triangle() {
     assert_close(foot, [0.5, 1.0, -0.75]);
     assert_close([projection.gap], [0.25]);
     let along = [0.0, 0.0, 1.0];
-    assert_close([boundary.gap(pair, at, &along).expect("a gap")], [0.25]);
+    assert_close(
+        [boundary.gap(pair, at, Some(&along)).expect("a gap")],
+        [0.25],
+    );
     assert_close(
         boundary.normal(pair, at).expect("a normal"),
         [0.0, 0.6, 0.8],
@@ -65,7 +72,7 @@ fn two_crossed_edges_have_a_gap_and_feet() {
         boundary.normal(pair, at).expect("a normal"),
         [0.0, 0.0, -1.0],
     );
-    let gaps = [-1.0, 1.0].map(|z| boundary.gap(pair, at, &[0.0, 0.0, z]));
+    let gaps = [-1.0, 1.0].map(|z| boundary.gap(pair, at, Some(&[0.0, 0.0, z])));
     assert_eq!(gaps, [Some(0.25), Some(-0.25)]);
     assert_close(boundary.point(pair, at), [0.0; 3]);
     assert_eq!(boundary.target_size(pair.target, at), 2.0);
@@ -81,7 +88,7 @@ fn parallel_edges_have_no_normal_and_no_gap() {
     let at = Configuration::at_rest(&mesh.nodes);
     let pair = pair(&boundary, &space::RIDGE, &space::KEEL);
     assert_eq!(boundary.normal(pair, at), None);
-    assert_eq!(boundary.gap(pair, at, &[0.0, 0.0, 1.0]), None);
+    assert_eq!(boundary.gap(pair, at, Some(&[0.0, 0.0, 1.0])), None);
     assert_eq!(boundary.project(pair, at).outside, f64::INFINITY);
 }
 
@@ -140,7 +147,7 @@ fn a_vertex_in_the_plane_presses_within_an_edge_and_not_at_its_end() {
         let (mesh, boundary) = over_roof_2d(ROOF, tip_2d([x, -0.75 * x]));
         let at = Configuration::at_rest(&mesh.nodes);
         let pair = pair(&boundary, &[plane::TIP], &plane::RIGHT_SIDE);
-        let found = boundary.can_transmit_load(pair, at, 2.0 * TOLERANCE);
+        let found = has_one_normal(&boundary, pair, at, 2.0 * TOLERANCE);
         assert_eq!(found, presses);
     }
 }
@@ -151,7 +158,7 @@ fn a_vertex_in_space_presses_within_a_face_and_not_at_a_ridge() {
         let (mesh, boundary) = over_roof_3d(ROOF, tip_3d(place));
         let at = Configuration::at_rest(&mesh.nodes);
         let pair = pair(&boundary, &[space::TIP], &space::SIDE);
-        assert_eq!(boundary.can_transmit_load(pair, at, TOLERANCE), presses);
+        assert_eq!(has_one_normal(&boundary, pair, at, TOLERANCE), presses);
     }
 }
 
@@ -161,7 +168,7 @@ fn crossed_edges_press_if_both_are_sharp() {
         let (mesh, boundary) = over_roof_3d(height, keel([0.0, 0.0, 0.0]));
         let at = Configuration::at_rest(&mesh.nodes);
         let pair = pair(&boundary, &space::RIDGE, &space::KEEL);
-        assert_eq!(boundary.can_transmit_load(pair, at, TOLERANCE), presses);
+        assert_eq!(has_one_normal(&boundary, pair, at, TOLERANCE), presses);
     }
 }
 
@@ -216,7 +223,10 @@ fn a_vertex_where_flush_edges_meet_is_one_contact() {
         let at = Configuration::at_rest(&mesh.nodes);
         let [one, other] = [&plane::LEFT_SIDE, &plane::RIGHT_SIDE]
             .map(|side| pair(&boundary, &[plane::TIP], side));
-        assert_eq!(boundary.same_contact(one, other, at, TOLERANCE), is_same);
+        assert_eq!(
+            are_one_contact(&boundary, [one, other], [[0, 1]; 2], at, TOLERANCE),
+            is_same
+        );
     }
 }
 
@@ -227,6 +237,9 @@ fn a_vertex_where_flush_triangles_meet_is_one_contact() {
         let at = Configuration::at_rest(&mesh.nodes);
         let [one, other] =
             [&space::SIDE, &space::OTHER_SIDE].map(|side| pair(&boundary, &[space::TIP], side));
-        assert_eq!(boundary.same_contact(one, other, at, TOLERANCE), is_same);
+        assert_eq!(
+            are_one_contact(&boundary, [one, other], [[0, 1]; 2], at, TOLERANCE),
+            is_same
+        );
     }
 }
