@@ -79,10 +79,10 @@ fn any_drop(random: &mut Random) -> Case {
 }
 
 #[test]
-#[ignore = "slow study: forty drops"]
+#[ignore = "slow study: two hundred drops"]
 fn any_drop_is_refined_or_told_of() {
     let mut random = Random(41);
-    for _ in 0..40 {
+    for _ in 0..200 {
         let drop = fall(&any_drop(&mut random));
         println!("{drop:?}");
         assert!(drop.contacts > 0, "{drop:?}");
