@@ -114,6 +114,54 @@ fn a_vibration_on_several_levels_keeps_its_energy_for_a_million_steps() {
     long_vibration(1_000_000);
 }
 
+/// Without steady forces at the borders of levels, its kinetic energy is 7e-4 of the strain energy,
+/// below zero, for ever.
+#[test]
+fn a_graded_block_comes_to_rest() {
+    let mut simulation = load("rest-under-levels").start();
+    assert!(simulation.overview().levels.len() >= 3);
+    while !simulation.finished() {
+        simulation.step().expect("it rests");
+    }
+    let end = simulation.history();
+    println!(
+        "kinetic energy {:.1e} J, strain energy {:.3e} J",
+        end.kinetic_energy, end.strain_energy
+    );
+    // Velocities of round-off: the square of 1e-13 of the speed of the first vibration.
+    assert!(end.kinetic_energy.abs() < 1e-26 * end.strain_energy);
+}
+
+/// Steady forces act at the rates of the nodes, not all at one instant.
+#[test]
+fn a_spinning_graded_block_keeps_its_momenta() {
+    let mut case = load("graded-block");
+    case.scene.time.end = 1e3;
+    let block = &mut case.scene.block[0];
+    block.angular_velocity = vec![100.0];
+    block.velocity = vec![3.0, -2.0];
+    let mut simulation = case.start();
+    let start = simulation.history();
+    let mut worst = [0.0_f64; 2];
+    for number in 0..6_000 {
+        simulation.step().expect("it spins");
+        if number % 10 == 0 {
+            let now = simulation.history();
+            let change = (0..3).map(|c| now.momentum[c] - start.momentum[c]);
+            let turn = now.angular_momentum[2] - start.angular_momentum[2];
+            worst[0] = change.fold(worst[0], |worst, change| worst.max(change.abs()));
+            worst[1] = worst[1].max(turn.abs());
+        }
+    }
+    let scale = [start.momentum[0].abs(), start.angular_momentum[2].abs()];
+    println!(
+        "changes of momentum {:.1e}, of angular momentum {:.1e}",
+        worst[0] / scale[0],
+        worst[1] / scale[1]
+    );
+    assert!(worst[0] < 1e-12 * scale[0] && worst[1] < 1e-11 * scale[1]);
+}
+
 /// Builds a random pair of joined blocks of different element sizes.
 fn joined_pair(random: &mut Random) -> Case {
     let mut case = load("joined-blocks");

@@ -10,6 +10,7 @@ pub(crate) mod ledger;
 pub(crate) mod load;
 pub(crate) mod positions;
 pub(crate) mod state;
+pub(crate) mod steady_force;
 pub(crate) mod time_levels;
 pub(crate) mod time_step;
 

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::math::serde_pod;
 use crate::model::ledger::Ledger;
+use crate::model::steady_force::SteadyForce;
 
 /// The state of the bodies: motion, impulses and accounts. Beside it a restart needs the states of
 /// contact and adaptivity, and the records of the elements, which stay in the element sets.
@@ -29,6 +30,8 @@ pub(crate) struct State<const D: usize> {
     #[serde(with = "serde_pod")]
     pub(crate) contact_force: Vec<[f64; D]>,
     pub(crate) last_kick: LastKick<D>,
+    /// Steady forces at the borders of time levels.
+    pub(crate) steady_forces: Vec<SteadyForce<D>>,
     /// Contact impulse of each node in the last coarse step, N·s.
     #[serde(with = "serde_pod")]
     pub(crate) node_impulse: Vec<[f64; D]>,
@@ -74,6 +77,7 @@ impl<const D: usize> State<D> {
             node_interval: vec![0.0; nodes],
             contact_force: zero(),
             last_kick: LastKick::new(nodes),
+            steady_forces: Vec::new(),
             node_impulse: zero(),
             block_impulse: vec![[0.0; 3]; blocks],
             ledger: Ledger::default(),

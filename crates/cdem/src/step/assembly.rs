@@ -17,11 +17,11 @@ pub(crate) struct Assembly {
 
 /// A group impulse on a node.
 #[derive(Clone, Copy, Debug, Default)]
-struct GroupImpulse {
+pub(super) struct GroupImpulse {
     /// Index among the group impulses of all sets.
-    number: u32,
+    pub(super) number: u32,
     /// Level of its group.
-    level: u8,
+    pub(super) level: u8,
 }
 
 /// A group that may be due, with the number of its first group impulse.
@@ -65,6 +65,11 @@ impl Assembly {
                 node_count,
             ),
         }
+    }
+
+    /// Returns the group impulses of each node, the finest level first.
+    pub(super) fn of_nodes(&self) -> impl Iterator<Item = &[GroupImpulse]> {
+        self.group_impulses.lists_from(0)
     }
 
     /// Returns the number of group impulses.

@@ -66,7 +66,8 @@ impl<const D: usize> Run<D> {
             contacts.restore(state.into_owned())?;
         }
         self.rebuild_workspace();
-        Ok(())
+        let borders = self.workspace.schedule.borders.len();
+        require(self.state.steady_forces.len() == borders, "its time levels")
     }
 
     /// Builds the refined mesh of a stored state.

@@ -9,6 +9,7 @@ use crate::math::parallel::NODES_AT_ONCE;
 use crate::math::vector::{add_scaled, dot, scale, sub};
 use crate::model::boundary::{PrescribedMotion, VelocityTime};
 use crate::model::ledger::{ImpulseAccount, Ledger};
+use crate::model::positions::Positions;
 use crate::model::state::LastKick;
 use crate::model::{Model, State};
 use crate::scene::Damping;
@@ -187,6 +188,9 @@ impl<const D: usize> Model<D> {
             });
             set.kick(&due, [&state.displacement, velocity], group_impulses);
         }
+        let [elastic, _] = &mut impulses.group_impulses;
+        let at = Positions::new(&self.mesh.nodes, &state.displacement);
+        substep.spread_steady_forces(&mut state.steady_forces, elastic, at);
     }
 
     /// Returns the kick interval of each element, s, for the case that some levels have just

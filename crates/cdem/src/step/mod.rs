@@ -18,6 +18,7 @@ pub(crate) mod nodal_forces;
 pub(crate) mod node_ranges;
 pub(crate) mod schedule;
 pub(crate) mod speed_bounds;
+pub(crate) mod steady_forces;
 pub(crate) mod synchronise;
 pub(crate) mod workspace;
 #[cfg(test)]
@@ -125,6 +126,7 @@ impl<const D: usize> Run<D> {
         schedule.is_steady = was_settled;
         self.workspace.schedule = schedule;
         self.state.number += 1;
+        self.balance_steady_forces();
         if let Some(contacts) = &mut self.contacts {
             if let Some(adaptivity) = &mut self.adaptivity {
                 adaptivity.record_losses(contacts.step_losses());
@@ -254,7 +256,9 @@ impl<const D: usize> Run<D> {
     fn assign_levels(&mut self) {
         let levels = self.levels();
         if levels != self.workspace.schedule.levels || self.workspace.schedule.is_empty() {
+            self.end_steady_forces();
             self.workspace.schedule = KickSchedule::new(&mut self.model, &self.state, levels);
+            self.begin_steady_forces();
             if let Some(contacts) = &mut self.contacts {
                 contacts.ungroup();
             }

@@ -11,6 +11,7 @@ use crate::model::{Model, State};
 use crate::step::assembly::Assembly;
 use crate::step::kick::KickPurpose;
 use crate::step::node_ranges::{NodeRanges, each_range};
+use crate::step::steady_forces::LevelBorder;
 
 /// The kick schedule that holds until the levels change.
 #[derive(Clone, Debug, Default)]
@@ -20,6 +21,8 @@ pub(crate) struct KickSchedule {
     elements: Vec<u64>,
     nodes: NodeRanges,
     pub(super) assembly: Assembly,
+    /// Nodes at which elements of coarser levels act, in the order of [`State::steady_forces`].
+    pub(super) borders: Vec<LevelBorder>,
     /// True if the interval before the last kick of each element and node is that of its level.
     pub(super) is_settled: bool,
     /// True if `is_settled` was already true before the last step: the stored node intervals are
@@ -114,6 +117,11 @@ impl Substep<'_> {
         self.durations[self.schedule.levels.node[node as usize] as usize]
     }
 
+    /// Returns the interval of a level, s.
+    pub(super) fn duration_of(&self, level: u8) -> f64 {
+        self.durations[level as usize]
+    }
+
     /// Returns the interval of an element of the mesh, s.
     pub(crate) fn element_duration(&self, element: usize) -> f64 {
         self.durations[self.schedule.levels.element[element] as usize]
@@ -150,9 +158,11 @@ impl KickSchedule {
             let level = levels.node[node as usize];
             state.node_interval[node as usize] == duration(model.step, level)
         });
+        let assembly = Assembly::new(&model.sets, model.mesh.nodes.len());
         Self {
             elements: count,
-            assembly: Assembly::new(&model.sets, model.mesh.nodes.len()),
+            borders: assembly.level_borders(&levels),
+            assembly,
             is_settled,
             is_steady: false,
             prescribed_nodes: model.prescribed_nodes(),
@@ -199,7 +209,7 @@ impl KickSchedule {
 }
 
 /// Returns the interval of a level, s.
-fn duration(step: f64, level: u8) -> f64 {
+pub(super) fn duration(step: f64, level: u8) -> f64 {
     step / f64::from(1_u32 << level)
 }
 

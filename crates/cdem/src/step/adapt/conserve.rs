@@ -7,9 +7,15 @@ use crate::step::Run;
 
 /// A block before a change of its mesh.
 pub(super) struct BlockBefore<const D: usize> {
+    pub(super) rigid: RigidState<D>,
+    energy: f64,
+}
+
+/// Momenta of a block about its centre of mass, and this centre, m.
+#[derive(Clone, Copy)]
+pub(super) struct RigidState<const D: usize> {
     momenta: RigidMomenta,
     centre: [f64; D],
-    energy: f64,
 }
 
 impl<const D: usize> BlockBefore<D> {
@@ -72,14 +78,29 @@ impl<const D: usize> Run<D> {
 
     /// Returns the momenta and energy of a block, to be restored on another mesh.
     pub(super) fn before(&self, block: usize) -> BlockBefore<D> {
+        BlockBefore {
+            rigid: self.rigid_state(block),
+            energy: self.energy_of(block),
+        }
+    }
+
+    fn rigid_state(&self, block: usize) -> RigidState<D> {
         let (points, velocities) = self.motion_of(block);
         let body = self.body(block, &points);
         let (_, centre) = body.centre();
-        BlockBefore {
+        RigidState {
             momenta: body.momenta(&velocities, &centre),
             centre,
-            energy: self.energy_of(block),
         }
+    }
+
+    /// Adds angular momentum to a block by a rotation, as far as it is free, N·m·s.
+    pub(in crate::step) fn add_angular_momentum(&mut self, block: usize, change: &[f64; 3]) {
+        let mut wanted = self.rigid_state(block);
+        add_scaled(&mut wanted.momenta.angular, 1.0, change);
+        let motion = self.with_momenta(block, &wanted);
+        let nodes = self.model.nodes(block);
+        self.state.velocity[nodes].copy_from_slice(&motion.velocities);
     }
 
     /// Returns the work of gravity on a block by the move of its centre since `before`, J.
@@ -87,7 +108,7 @@ impl<const D: usize> Run<D> {
         let (points, _) = self.motion_of(block);
         let (mass, centre) = self.body(block, &points).centre();
         let gravity = self.model.gravity_at(self.time());
-        mass * dot(&gravity, &sub(&centre, &before.centre))
+        mass * dot(&gravity, &sub(&centre, &before.rigid.centre))
     }
 
     /// Returns the positions, m, and velocities, m/s, of the nodes of a block.
@@ -134,7 +155,7 @@ impl<const D: usize> Run<D> {
 
     /// Returns the kinetic energy of a block without its vibration, J.
     pub(super) fn rigid_energy_of(&self, block: usize) -> f64 {
-        let motion = self.with_momenta(block, &self.before(block));
+        let motion = self.with_momenta(block, &self.rigid_state(block));
         self.kinetic_energy_of(block, &motion.without_vibration(1.0))
     }
 
@@ -143,9 +164,9 @@ impl<const D: usize> Run<D> {
     /// comes from outside.
     pub(super) fn restore_momenta(&mut self, block: usize, before: &BlockBefore<D>) -> f64 {
         let nodes = self.model.nodes(block);
-        let motion = self.with_momenta(block, before);
+        let motion = self.with_momenta(block, &before.rigid);
         self.state.velocity[nodes].copy_from_slice(&motion.velocities);
-        self.book_remesh(block, &before.momenta);
+        self.book_remesh(block, &before.rigid.momenta);
         let gained = self.energy_of(block) - before.energy;
         gained.max(0.0) - self.repay_energy(block, gained)
     }
@@ -153,7 +174,7 @@ impl<const D: usize> Run<D> {
     /// Books the change of momentum of a block with prescribed nodes as an external impulse.
     fn book_remesh(&mut self, block: usize, before: &RigidMomenta) {
         if self.has_prescribed(block) {
-            let given = sub(&self.before(block).momenta.linear, &before.linear);
+            let given = sub(&self.rigid_state(block).momenta.linear, &before.linear);
             self.state.ledger.impulse.add_scaled(1.0, &given);
         }
     }
@@ -164,7 +185,7 @@ impl<const D: usize> Run<D> {
             return 0.0;
         }
         let before = self.before(block);
-        let motion = self.with_momenta(block, &before);
+        let motion = self.with_momenta(block, &before.rigid);
         // Scaling the vibration by s leaves s² of its kinetic energy and s of the work.
         let rigid = motion.without_vibration(1.0);
         let kinetic = self.kinetic_energy_of(block, &motion.vibration);
@@ -176,18 +197,19 @@ impl<const D: usize> Run<D> {
         };
         let nodes = self.model.nodes(block);
         self.state.velocity[nodes].copy_from_slice(&motion.without_vibration(1.0 - factor));
-        self.book_remesh(block, &before.momenta);
+        self.book_remesh(block, &before.rigid.momenta);
         before.energy - self.energy_of(block)
     }
 
-    /// Returns the motion of a block with the momenta of `before`, as far as it is free.
-    pub(super) fn with_momenta(&self, block: usize, before: &BlockBefore<D>) -> BlockMotion<D> {
+    /// Returns the motion of a block with the momenta `wanted`, as far as it is free.
+    pub(super) fn with_momenta(&self, block: usize, wanted: &RigidState<D>) -> BlockMotion<D> {
         let (points, mut velocities) = self.motion_of(block);
         let body = self.body(block, &points);
-        let mut wanted = before.momenta;
+        let old_centre = wanted.centre;
+        let mut wanted = wanted.momenta;
         if !self.has_prescribed(block) {
             let (_, centre) = body.centre();
-            let arm = pad(&sub(&centre, &before.centre));
+            let arm = pad(&sub(&centre, &old_centre));
             add_scaled(&mut wanted.angular, -1.0, &cross(&arm, &wanted.linear));
             body.restore_momenta(&mut velocities, &wanted);
             let mut rigid = vec![[0.0; D]; velocities.len()];
@@ -199,7 +221,7 @@ impl<const D: usize> Run<D> {
             };
         }
         let prescribed = self.prescribed_components(block);
-        let modes = RigidModes::new(&body, before.centre, &prescribed);
+        let modes = RigidModes::new(&body, old_centre, &prescribed);
         modes.restore_momenta(&mut velocities, &wanted);
         let mut rigid = follow_prescribed(&velocities, &prescribed);
         modes.restore_momenta(&mut rigid, &wanted);

@@ -23,10 +23,13 @@ use crate::step::workspace::elements_around_nodes;
 impl<const D: usize> Run<D> {
     /// Exchanges the overlays of blocks and transfers all data to the new nodes and elements.
     pub(super) fn remesh(&mut self, adaptivity: &mut Adaptivity<D>, changes: Vec<BlockChange<D>>) {
+        self.end_steady_forces();
         let blocks: Vec<usize> = changes.iter().map(|change| change.block).collect();
         let before: Vec<BlockBefore<D>> = blocks.iter().map(|&block| self.before(block)).collect();
         let rigid = blocks.iter().zip(&before).map(|(&block, before)| {
-            let rigid = self.with_momenta(block, before).without_vibration(1.0);
+            let rigid = self
+                .with_momenta(block, &before.rigid)
+                .without_vibration(1.0);
             (block, rigid)
         });
         let rigid = rigid.collect();
@@ -305,6 +308,7 @@ impl<'a, const D: usize> StateTransfer<'a, D> {
             },
             node_impulse: self.vectors(&old.node_impulse, |_, transfer, of| transfer.impulses(of)),
             block_impulse: old.block_impulse.clone(),
+            steady_forces: Vec::new(),
             ..*old
         }
     }
