@@ -119,9 +119,6 @@ pub(crate) const IGNORED_PENETRATION: f64 = 1e-2;
 /// event. They close a little early, never late.
 pub(crate) const EVENTS: usize = 16;
 
-/// Time between touches below which they are one event, relative to the rest of the drift.
-pub(crate) const SIMULTANEOUS: f64 = 1e-9;
-
 /// Least cosine of the turn of the common normal of two edges in a drift, dimensionless. Edges that
 /// turn less do not become parallel in the drift.
 pub(crate) const EDGE_STEADY: f64 = 0.5;

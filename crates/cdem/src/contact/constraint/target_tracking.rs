@@ -30,15 +30,7 @@ impl<const D: usize> ContactPoint<D> {
                 |next: &Pair| !(taken(*next) && surface.is_reentrant_pair(self.pair, *next, at));
             let Some(next) = next.filter(is_free) else {
                 if projection.outside > resolution {
-                    let next = surface.successor(self.pair, at, resolution);
-                    let Some((next, is_swapped)) = next.filter(|(next, _)| !taken(*next)) else {
-                        return false;
-                    };
-                    projection = surface.project(next, at);
-                    if is_swapped {
-                        self.reverse_tangents();
-                    }
-                    self.rotate_frame(surface, next, at);
+                    return false;
                 }
                 break;
             };
@@ -52,16 +44,6 @@ impl<const D: usize> ContactPoint<D> {
         }
         self.foot = projection.clamped_foot();
         true
-    }
-
-    /// Reverses the tangential parts of the vectors in the frame, because main block and target
-    /// block change roles.
-    fn reverse_tangents(&mut self) {
-        for counted in self.frame_vectors() {
-            for component in &mut counted[1..] {
-                *component = -*component;
-            }
-        }
     }
 
     /// Continues the contact as another pair. Rotates the vectors in its frame.

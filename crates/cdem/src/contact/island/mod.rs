@@ -24,7 +24,7 @@ use crate::contact::solver::{Precision, Solver};
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
 use crate::contact::timing::{DriftProgress, KickSpan, KickTimes};
-use crate::contact::tolerances::{EARLY_GAP, EVENTS, GAP_ROUND_OFF, RESIDUAL, SIMULTANEOUS};
+use crate::contact::tolerances::{EARLY_GAP, EVENTS, GAP_ROUND_OFF, RESIDUAL};
 use crate::math::vector::pad;
 use crate::model::kinematics::NodalMotion;
 
@@ -100,7 +100,7 @@ impl<const D: usize> Island<D> {
         let mut now = DriftProgress::start(duration);
         for event in 0.. {
             let window = if event + touches.upcoming_count() <= EVENTS {
-                SIMULTANEOUS * now.remaining()
+                0.0
             } else {
                 duration / EVENTS as f64
             };

@@ -220,15 +220,6 @@ impl ContactGeometry<3> for Boundary3d {
         }
     }
 
-    fn successor(&self, pair: Pair, at: Configuration<3>, resolution: f64) -> Option<(Pair, bool)> {
-        match self.feature_pair(pair) {
-            FeaturePair::PointTriangle { .. } => None,
-            FeaturePair::EdgeEdge { main, target } => {
-                self.end_on_face([main, target], at, resolution)
-            }
-        }
-    }
-
     fn assemble_jacobian(
         &self,
         jacobian: &mut ContactJacobian<3>,

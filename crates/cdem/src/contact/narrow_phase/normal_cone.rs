@@ -201,36 +201,4 @@ impl Boundary3d {
         let admitted = pairs.filter(|&pair| self.in_normal_cone(pair, at));
         admitted.min_by(|one, other| outside(one).total_cmp(&outside(other)))
     }
-
-    /// Returns the pair of an end and the face beside the other edge on which it has pressed, after
-    /// two edges have left each other at that end. The flag is true if the end is one of the
-    /// target.
-    pub(crate) fn end_on_face(
-        &self,
-        edges: [u32; 2],
-        at: Configuration<3>,
-        resolution: f64,
-    ) -> Option<(Pair, bool)> {
-        let crossing = self.edge_edge(edges[0], edges[1], at)?;
-        let beyond = |k: usize| {
-            let foot = crossing.foot[k];
-            (-foot).max(foot - 1.0) * self.length(edges[k], at)
-        };
-        let k = usize::from(beyond(1) > beyond(0));
-        let end =
-            self.triangulation.edges[edges[k] as usize].ends[usize::from(crossing.foot[k] > 0.5)];
-        if end >= self.triangulation.vertex_count {
-            return None;
-        }
-        let sides = self.triangulation.edges[edges[1 - k] as usize].sides?;
-        let bears = |triangle: &u32| {
-            let pair = Self::face_pair(end, *triangle);
-            let normal = self.triangulation.normal(*triangle, at);
-            norm(&cross(&normal, &crossing.normal)) <= FLUSH
-                && self.project(pair, at).outside <= resolution
-                && self.in_normal_cone(pair, at)
-        };
-        let triangle = sides.into_iter().find(bears)?;
-        Some((Self::face_pair(end, triangle), k == 1))
-    }
 }

@@ -123,17 +123,6 @@ pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
     fn adjacent_pairs(&self, pair: Pair, at: Configuration<D>, resolution: f64) -> Pairs;
     /// Returns the pair of a point that has left its target, on the neighbouring target feature.
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<D>) -> Option<Pair>;
-    /// Returns the pair that continues the contact after its point has left its features by more
-    /// than the resolution, and true if its main block is the other's target. An edge that slides
-    /// lengthwise off an edge it lies on flush is followed by its end.
-    fn successor(
-        &self,
-        _pair: Pair,
-        _at: Configuration<D>,
-        _tolerance: f64,
-    ) -> Option<(Pair, bool)> {
-        None
-    }
     /// Assembles the Jacobian of the pair at an anchor in place, because Jacobians are large and
     /// stay in the storage of the solver.
     fn assemble_jacobian(

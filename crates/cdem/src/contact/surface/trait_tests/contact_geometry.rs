@@ -135,27 +135,6 @@ fn a_vertex_in_space_moves_on_to_the_next_triangle_unless_it_turns_by_a_right_an
 }
 
 #[test]
-fn no_pair_in_the_plane_has_a_successor() {
-    let (mesh, boundary) = over_roof_2d(ROOF, tip_2d([-0.5, 0.0]));
-    let at = Configuration::at_rest(&mesh.nodes);
-    let pair = pair(&boundary, &[plane::TIP], &plane::RIGHT_SIDE);
-    assert_eq!(boundary.successor(pair, at, TOLERANCE), None);
-}
-
-#[test]
-fn an_edge_that_leaves_a_rim_lengthwise_is_followed_by_its_end_on_the_face() {
-    // An edge on the flat roof, from (0, 1) to (0, 3), has left the ridge.
-    let (mesh, boundary) = over_roof_3d(FLAT, keel([0.0, 2.0, 0.0]));
-    let at = Configuration::at_rest(&mesh.nodes);
-    let edges = pair(&boundary, &space::RIDGE, &space::KEEL);
-    let end = pair(&boundary, &space::KEEL[1..], &space::SIDE);
-    // The end is one of the target.
-    let found = boundary.successor(edges, at, TOLERANCE);
-    assert_eq!(found, Some((end, true)));
-    assert_eq!(boundary.successor(end, at, TOLERANCE), None);
-}
-
-#[test]
 fn the_jacobian_in_the_plane_gives_the_relative_velocity_in_its_frame() {
     let (mesh, boundary) = over_roof_2d(FLAT, tip_2d([1.0, 0.0]));
     let at = Configuration::at_rest(&mesh.nodes);
