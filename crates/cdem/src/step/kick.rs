@@ -20,7 +20,8 @@ use crate::step::schedule::Substep;
 /// Impulses of loads and contact are zero between kicks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct KickImpulses<const D: usize> {
-    /// Sum of all impulses except contact: internal, viscous, loads, gravity, damping.
+    /// Sum of all impulses except contact: internal, with the steady forces, viscous, loads,
+    /// gravity, damping.
     pub(crate) total: Vec<[f64; D]>,
     pub(crate) viscous: Vec<[f64; D]>,
     pub(crate) load: Vec<[f64; D]>,
@@ -190,7 +191,7 @@ impl<const D: usize> Model<D> {
         }
         let [elastic, _] = &mut impulses.group_impulses;
         let at = Positions::new(&self.mesh.nodes, &state.displacement);
-        substep.spread_steady_forces(&mut state.steady_forces, elastic, at);
+        substep.spread_steady_forces(&mut state.steady_forces, elastic, at, &self.inertia);
     }
 
     /// Returns the kick interval of each element, s, for the case that some levels have just

@@ -15,7 +15,7 @@ pub(crate) struct SpeedBounds {
     /// Squares of the largest nodal speed of each block, m²/s², and of the largest acceleration in
     /// its last kick, m²/s⁴.
     squares: BlockMax<2>,
-    /// Largest change of acceleration by loads of each block, m/s²; and the nodes with loads.
+    /// Largest change of acceleration of each block by loads, or if its steady forces end, m/s²; and the nodes with loads.
     load_acceleration: Vec<f64>,
     loaded: Vec<usize>,
 }
@@ -37,6 +37,7 @@ impl<const D: usize> Run<D> {
     /// Bounds the speeds by those of now, or the prescribed ones, plus the gain over the step from
     /// the last acceleration and the changes of gravity and loads.
     pub(crate) fn bound_speeds(&mut self) {
+        let ending = self.accelerations_of_ending_forces();
         let next = NextStep {
             model: &self.model,
             state: &self.state,
@@ -69,6 +70,10 @@ impl<const D: usize> Run<D> {
         next.raise_to_prescribed(speeds);
         next.add_changes_of_loads(&mut self.workspace.impulses.load, loaded);
         next.take_load_accelerations(&mut self.workspace.impulses.load, loaded, load_acceleration);
+        for (block, acceleration) in ending {
+            let largest = &mut load_acceleration[block];
+            *largest = largest.max(acceleration);
+        }
         let added = squares.of_blocks().iter().zip(&*load_acceleration);
         for (speed, ([_, gain], load_acceleration)) in speeds.iter_mut().zip(added) {
             *speed += step * (gain.sqrt() + heavier + load_acceleration);

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use smallvec::SmallVec;
 
 use crate::math::vector::{add_scaled, cross, norm, pad, scale};
+use crate::model::inverse_mass::InverseMass;
 use crate::model::positions::Positions;
 use crate::model::steady_force::SteadyForce;
 use crate::model::time_levels::Levels;
@@ -71,8 +72,10 @@ impl Substep<'_> {
         forces: &mut [SteadyForce<D>],
         group_impulses: &mut [[f64; D]],
         at: Positions<D>,
+        inertia: &InverseMass<D>,
     ) {
-        // The intervals of the last kick and the next one differ after a change of levels.
+        // The intervals of the last kick and the next one differ after a change of levels. No force is
+        // steady then.
         if !self.schedule.is_settled {
             return;
         }
@@ -98,7 +101,13 @@ impl Substep<'_> {
                     0 => scale(0.5 * interval, &steady.force),
                     _ => scale(interval, &acting),
                 };
-                add_moment(&mut steady.moment, &at.at(border.node), &in_step);
+                let prescribed = inertia.prescribed(border.node as usize);
+                add_moment(
+                    &mut steady.moment,
+                    &at.at(border.node),
+                    &in_step,
+                    prescribed,
+                );
             }
         }
     }
@@ -124,7 +133,8 @@ impl<const D: usize> Run<D> {
                 continue;
             }
             let (point, impulse) = (at.at(border.node), self.outstanding(border, steady));
-            add_moment(&mut moment, &point, &impulse);
+            let prescribed = self.model.inertia.prescribed(border.node as usize);
+            add_moment(&mut moment, &point, &impulse, prescribed);
             let block = self.model.block_of[border.node as usize];
             let of_block = moments.entry(block).or_default();
             add_scaled(&mut of_block.sum, 1.0, &moment);
@@ -136,6 +146,23 @@ impl<const D: usize> Run<D> {
                 self.add_angular_momentum(block as usize, &scale(-1.0, &moment.sum));
             }
         }
+    }
+
+    /// Returns the accelerations over a coarse step, m/s², that nodes of blocks may get if the steady
+    /// forces end now: by what is outstanding, and by the kicks of the elements after that.
+    pub(super) fn accelerations_of_ending_forces(&self) -> Vec<(usize, f64)> {
+        let borders = self.workspace.schedule.borders.iter();
+        let active = borders.zip(&self.state.steady_forces);
+        let active = active.filter(|(_, steady)| steady.force != [0.0; D]);
+        let acceleration = |(border, steady): (&LevelBorder, &SteadyForce<D>)| {
+            let n = border.node as usize;
+            let speed = norm(&self.outstanding(border, steady)) / self.model.inertia.mass()[n];
+            (
+                self.model.block_of[n] as usize,
+                2.0 * speed / self.model.step,
+            )
+        };
+        active.map(acceleration).collect()
     }
 
     /// Returns the impulse of a steady force that belongs to the last interval of the elements and
@@ -164,7 +191,14 @@ impl<const D: usize> Run<D> {
     }
 }
 
-/// Adds the moment of an impulse at a point about the origin, N·m·s.
-fn add_moment<const D: usize>(moment: &mut [f64; 3], point: &[f64; D], impulse: &[f64; D]) {
-    add_scaled(moment, 1.0, &cross(&pad(point), &pad(impulse)));
+/// Adds the moment of an impulse at a point about the origin, N·m·s. Impulses on prescribed
+/// components go to the supports.
+fn add_moment<const D: usize>(
+    moment: &mut [f64; 3],
+    point: &[f64; D],
+    impulse: &[f64; D],
+    prescribed: [bool; D],
+) {
+    let free: [f64; D] = std::array::from_fn(|c| if prescribed[c] { 0.0 } else { impulse[c] });
+    add_scaled(moment, 1.0, &cross(&pad(point), &pad(&free)));
 }

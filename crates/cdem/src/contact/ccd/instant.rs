@@ -24,8 +24,14 @@ pub(crate) fn instant_of_touch<const D: usize>(
     let jacobian = surface.jacobian(pair, &foot, then);
     let gap = jacobian.offset[0];
     let speed = -jacobian.relative_velocity(0, motion.velocity);
-    if gap > 0.0 && speed > 0.0 {
-        duration.min(time + gap / speed)
+    if gap <= 0.0 || speed <= 0.0 {
+        return time;
+    }
+    let closed = duration.min(time + gap / speed);
+    // Features that turn or graze may be deep by then.
+    let left = surface.gap(pair, motion.after(closed), Some(&jacobian.frame[0]));
+    if left.is_some_and(|left| left >= -gap) {
+        closed
     } else {
         time
     }

@@ -333,8 +333,10 @@ fn check_pair<const D: usize>(
     let is_slow = way <= IGNORED_PENETRATION * resolution;
     // At rest this settles most pairs, and costs less than the distance. Parallel edges have no gap.
     let waits = |gap: f64| gap > rule.waits_above() * resolution;
-    if is_slow && surface.gap(pair, at, None).is_none_or(waits) {
-        return (never, None);
+    let gap = is_slow.then(|| surface.gap(pair, at, None));
+    if let Some(gap) = gap.filter(|gap| gap.is_none_or(waits)) {
+        let is_near = gap.is_some_and(|gap| gap <= resolution);
+        return (never, (!is_near).then(|| surface.distance(pair, at)));
     }
     let apart = surface.distance(pair, at);
     let end = at.after(motion.velocity, remaining);

@@ -76,7 +76,7 @@ fn competing_pairs<const D: usize>(
 /// Returns true if all pairs that touch within `resolution`, m, of the point of `pair` have its
 /// normal, up to a small angle. Where corners or edges only just meet, as those of stones side by
 /// side and one above the other, there are several normals, and only a motion tells which acts.
-/// Edges within flat faces have none.
+/// Edges within flat faces are not sharp and cannot press. The normal of `pair` is in its cone.
 pub(crate) fn has_one_normal<const D: usize>(
     surface: &dyn Surface<D>,
     pair: Pair,
@@ -91,7 +91,7 @@ pub(crate) fn has_one_normal<const D: usize>(
 }
 
 /// Returns true if two pairs, between these `blocks`, are one physical contact, whose constraint
-/// counts once: they have the same point, within `resolution`, m, and the same normal.
+/// counts once: they have the same point and gap, within `resolution`, m, and the same normal.
 pub(crate) fn are_one_contact<const D: usize>(
     surface: &dyn Surface<D>,
     pairs: [Pair; 2],
@@ -106,8 +106,13 @@ pub(crate) fn are_one_contact<const D: usize>(
     }
     let [one, other] = pairs.map(|pair| surface.point(pair, at));
     let cosine = || cosine_of_parallel(surface, pairs, at);
+    let gaps_agree = || {
+        let [one, other] = pairs.map(|pair| surface.project(pair, at).gap);
+        (one - other).abs() <= resolution
+    };
     norm(&sub(&one, &other)) <= resolution
         && cosine().is_some_and(|cosine| (cosine < 0.0) == is_swapped)
+        && gaps_agree()
 }
 
 /// Returns the cosine of the angle between the normals of two pairs, if they are parallel up to a

@@ -96,11 +96,13 @@ impl<const D: usize> Run<D> {
 
     /// Adds angular momentum to a block by a rotation, as far as it is free, N·m·s.
     pub(in crate::step) fn add_angular_momentum(&mut self, block: usize, change: &[f64; 3]) {
-        let mut wanted = self.rigid_state(block);
+        let before = self.rigid_state(block);
+        let mut wanted = before;
         add_scaled(&mut wanted.momenta.angular, 1.0, change);
         let motion = self.with_momenta(block, &wanted);
         let nodes = self.model.nodes(block);
         self.state.velocity[nodes].copy_from_slice(&motion.velocities);
+        self.book_remesh(block, &before.momenta);
     }
 
     /// Returns the work of gravity on a block by the move of its centre since `before`, J.
