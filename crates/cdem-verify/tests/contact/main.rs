@@ -7,6 +7,7 @@ mod bars_in_space;
 mod corners;
 mod crowd;
 mod fine_ground;
+mod fixed;
 mod hertz;
 mod in_line;
 mod joints;

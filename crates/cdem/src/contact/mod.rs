@@ -369,7 +369,7 @@ impl<const D: usize> Contacts<D> {
         let surface = &*self.model_data.surface;
         let depths = self
             .contact_points()
-            .map(|contact| contact.initial_gap - surface.project(contact.pair, now).gap);
+            .map(|contact| contact.initial_gap - surface.gap_or_zero(contact.pair, now));
         depths.fold(self.state.energies.penetration, f64::max)
     }
 

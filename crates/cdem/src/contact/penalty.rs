@@ -13,7 +13,7 @@ use crate::contact::surface::{Configuration, ContactJacobian, Pair, Surface};
 impl<const D: usize> ContactPoint<D> {
     /// Returns the energy of the normal and shear springs, J.
     pub(crate) fn spring_energy(&self, surface: &dyn Surface<D>, at: Configuration<D>) -> f64 {
-        let overlap = (self.offset[0] - surface.project(self.pair, at).gap).max(0.0);
+        let overlap = (self.offset[0] - surface.gap_or_zero(self.pair, at)).max(0.0);
         let shear = shear_norm(&self.shear_spring);
         0.5 * self.law.normal_stiffness * overlap * overlap
             + 0.5 * self.law.shear_stiffness * shear * shear

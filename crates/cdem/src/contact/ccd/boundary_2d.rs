@@ -41,6 +41,11 @@ impl Boundary2d {
 }
 
 impl TimeOfImpact<2> for Boundary2d {
+    fn sinks(&self, pair: Pair, motion: ConstantMotion<2>, duration: f64, depth: f64) -> bool {
+        let (area, [edge, _]) = self.area_before(pair, motion);
+        area.sinks(norm(&edge), duration, depth)
+    }
+
     fn stays_in_contact(
         &self,
         pair: Pair,

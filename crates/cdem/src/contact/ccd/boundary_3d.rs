@@ -18,6 +18,23 @@ impl TimeOfImpact<3> for Boundary3d {
         }
     }
 
+    fn sinks(&self, pair: Pair, motion: ConstantMotion<3>, duration: f64, depth: f64) -> bool {
+        match self.feature_pair(pair) {
+            FeaturePair::PointTriangle { .. } => {
+                let (volume, sides) = self.volume_before(pair, motion);
+                volume.sinks(area(&sides, 0.0), duration, depth)
+            }
+            FeaturePair::EdgeEdge { main, target } => {
+                let crossing = self.edge_edge(main, target, motion.at);
+                crossing.is_some_and(|crossing| {
+                    let (volume, _) = self.volume_between([main, target], motion);
+                    let volume = volume.outward(crossing.forward);
+                    volume.sinks(crossing.area, duration, depth)
+                })
+            }
+        }
+    }
+
     fn stays_in_contact(
         &self,
         pair: Pair,
@@ -161,11 +178,7 @@ impl Boundary3d {
         });
         let areas = [&now, &then].map(norm);
         let turns = dot(&now, &then) < EDGE_STEADY * areas[0] * areas[1];
-        let volume = if crossing.forward {
-            volume
-        } else {
-            volume.reversed()
-        };
+        let volume = volume.outward(crossing.forward);
         crossing.outward > EDGE_OUTWARD && !turns && volume.stays_in_contact(areas, duration, slack)
     }
 

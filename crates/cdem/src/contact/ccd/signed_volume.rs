@@ -77,6 +77,13 @@ impl SignedVolume {
             && self.stays_above(-lowest, duration)
     }
 
+    /// Returns true if a gap gets smaller by more than `depth`, m, in `duration` at its present
+    /// rate. The value is the gap times the size of the target.
+    pub(crate) fn sinks(&self, size: f64, duration: f64, depth: f64) -> bool {
+        let [_, rate, ..] = self.coefficients;
+        -rate * duration > depth * size
+    }
+
     /// Returns true if the value surely stays above a level for `duration`: if its Bernstein
     /// coefficients do, whose convex hull contains it.
     fn stays_above(&self, level: f64, duration: f64) -> bool {
@@ -96,6 +103,11 @@ impl SignedVolume {
         let [_, c1, c2, c3] = self.coefficients;
         let rates = [c1 + t * (2.0 * c2 + t * 3.0 * c3), c2 + 3.0 * t * c3, c3];
         rates.into_iter().find(|&rate| rate != 0.0).unwrap_or(0.0) < 0.0
+    }
+
+    /// Returns the volume with the sign of the gap of two edges whose normal is `forward` or not.
+    pub(super) fn outward(self, forward: bool) -> Self {
+        if forward { self } else { self.reversed() }
     }
 
     /// Returns the volume with the opposite sign.
@@ -127,6 +139,9 @@ impl SignedVolume {
         let is_behind = self.at(0.0) <= margin && self.at(0.0) >= -deep;
         if is_behind && self.falls_at(0.0) && touches(0.0) {
             return Some(0.0);
+        }
+        if duration == 0.0 {
+            return None;
         }
         let falls = self
             .descents(duration, [margin, deep])

@@ -206,7 +206,7 @@ impl<const D: usize> ContactPoint<D> {
         let (surface, at_touch) = (context.surface, drift_interval.at_touch);
         // Most pairs, at rest all, cannot come that deep in a drift.
         let change = drift_interval.relative_motion(surface, pair);
-        if surface.project(pair, at_touch).gap.abs() + change < GAP_ERROR * context.resolution {
+        if surface.gap_or_zero(pair, at_touch).abs() + change < GAP_ERROR * context.resolution {
             return false;
         }
         if surface.project(pair, drift_interval.at_end).outside <= 0.0 {
@@ -243,7 +243,7 @@ impl<const D: usize> ContactPoint<D> {
         // A pair that is apart along the normal of this contact does not penetrate.
         let is_swapped = context.blocks(pair) != self.history.blocks;
         let along = if is_swapped { -1.0 } else { 1.0 } * dot(&held, &normal) * beside.gap;
-        along - surface.project(self.pair, at).gap.min(0.0) < deep
+        along - surface.gap_or_zero(self.pair, at).min(0.0) < deep
     }
 
     /// Returns the impulse, force and springs, which rotate with the frame.

@@ -22,7 +22,7 @@ impl InitialOverlaps {
     ) -> Self {
         let mut overlaps = Self::default();
         for &pair in pairs {
-            let depth = -context.surface.project(pair, at).gap;
+            let depth = -context.surface.gap_or_zero(pair, at);
             if depth > 0.0 {
                 let blocks = ordered(context.blocks(pair));
                 let deepest = overlaps.depth.entry(blocks).or_insert(depth);

@@ -51,6 +51,8 @@ struct OpenPair {
     turns: bool,
     /// Travels of both blocks plus the remaining distance that lead to a touch, m.
     until: f64,
+    /// True if the distance was within that of pairs that are always tested when it was measured.
+    is_near: bool,
 }
 
 /// The nodes of one block in the island.
@@ -146,6 +148,7 @@ impl SeparationBounds {
             blocks: blocks.map(of),
             turns: surface.main_nodes(pair.main).len() > 1,
             until: 0.0,
+            is_near: false,
         });
         self.set_bound(self.open.len() - 1, apart);
     }
@@ -207,11 +210,18 @@ impl SeparationBounds {
         open.is_apart(&self.blocks, self.within + travel)
     }
 
+    /// Returns true if a pair is known to be near: its distance need not be measured again until
+    /// the bounds are discarded.
+    pub(crate) fn is_near(&self, number: usize) -> bool {
+        self.open[number].is_near
+    }
+
     /// Sets the bound of a pair whose features are `apart` now, m.
     pub(crate) fn set_bound(&mut self, number: usize, apart: f64) {
         let open = &mut self.open[number];
         let [main, target] = open.blocks_in(&self.blocks);
         open.until = apart + (main.travel + target.travel);
+        open.is_near = apart <= self.within;
     }
 
     /// Adds the travel of a drift of `duration` seconds at the measured velocities.
@@ -235,7 +245,7 @@ impl SeparationBounds {
             body.travel = 0.0;
         }
         for open in &mut self.open {
-            open.until = 0.0;
+            (open.until, open.is_near) = (0.0, false);
         }
     }
 }

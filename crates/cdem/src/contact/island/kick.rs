@@ -201,7 +201,7 @@ impl<const D: usize> Island<D> {
         let least = context.least_speed(drift);
         let (moves, at) = (&*motion.velocity, motion.positions());
         // An open pair deeper than the contact resolution would not be found again.
-        let is_deep = |pair: Pair| context.surface.project(pair, at).gap < -context.resolution;
+        let is_deep = |pair: Pair| context.surface.gap_or_zero(pair, at) < -context.resolution;
         let mut solved = workspace.constraints.iter();
         self.contact_points.retain(|contact| {
             let is_released = solved.next().is_some_and(|constraint| {

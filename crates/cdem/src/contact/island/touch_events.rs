@@ -13,7 +13,9 @@ use crate::contact::narrow_phase::feature_selection::select_feature_pair;
 use crate::contact::surface::kicked::{ConstantMotion, KickedView};
 use crate::contact::surface::{Configuration, GapAllowance, Pair, Surface};
 use crate::contact::timing::DriftProgress;
-use crate::contact::tolerances::{CONTACTS_PER_TASK, IGNORED_PENETRATION, LEAST_DEPTH};
+use crate::contact::tolerances::{
+    CONTACTS_PER_TASK, IGNORED_PENETRATION, LEAST_DEPTH, RESTING_SINK,
+};
 use crate::math::vector::{norm, sub};
 
 /// Times at which the open pairs of an island touch in a drift.
@@ -254,9 +256,13 @@ impl<const D: usize> TouchEvents<D> {
         let pairs = &self.closed;
         let is_closed = |pair: &Pair| pairs.binary_search(pair).is_ok();
         let remaining = now.remaining();
-        let check = |&(_, pair): &(usize, Pair)| {
+        let (states, bounds) = (&self.states, &*near);
+        let check = |&(place, pair): &(usize, Pair)| {
+            let is_near = || bounds.is_near(states[place].0);
             if is_closed(&pair) {
                 (PairCheck::Touch(TouchState::Closed), None)
+            } else if is_slow(context, motion, pair, remaining) {
+                check_slow_pair(context, motion, pair, rule, remaining, is_near)
             } else {
                 check_pair(context, motion, pair, rule, remaining)
             }
@@ -330,14 +336,6 @@ fn check_pair<const D: usize>(
     let (surface, resolution, at) = (context.surface, context.resolution, motion.at);
     let never = PairCheck::Touch(TouchState::Never);
     let way = remaining * fastest(surface, motion, pair);
-    let is_slow = way <= IGNORED_PENETRATION * resolution;
-    // At rest this settles most pairs, and costs less than the distance. Parallel edges have no gap.
-    let waits = |gap: f64| gap > rule.waits_above() * resolution;
-    let gap = is_slow.then(|| surface.gap(pair, at, None));
-    if let Some(gap) = gap.filter(|gap| gap.is_none_or(waits)) {
-        let is_near = gap.is_some_and(|gap| gap <= resolution);
-        return (never, (!is_near).then(|| surface.distance(pair, at)));
-    }
     let apart = surface.distance(pair, at);
     let end = at.after(motion.velocity, remaining);
     if apart > resolution + way || !surface.may_touch_in_drift(pair, at, end) {
@@ -350,9 +348,48 @@ fn check_pair<const D: usize>(
     let check = if surface.stays_in_contact(pair, motion, remaining, slack) {
         never
     } else {
-        PairCheck::Within(if is_slow { 0.0 } else { remaining })
+        PairCheck::Within(remaining)
     };
     (check, Some(apart))
+}
+
+/// Returns true if a pair moves too little in a drift to get deep: it touches now or waits for the
+/// next kick.
+fn is_slow<const D: usize>(
+    context: &ContactContext<D>,
+    motion: ConstantMotion<D>,
+    pair: Pair,
+    remaining: f64,
+) -> bool {
+    let way = remaining * fastest(context.surface, motion, pair);
+    way <= IGNORED_PENETRATION * context.resolution
+}
+
+/// Checks a slow pair in the same way. At rest most pairs are slow, so the cheapest tests come
+/// first: the gap, then its rate. The distance is measured unless the pair `is_near` as known.
+fn check_slow_pair<const D: usize>(
+    context: &ContactContext<D>,
+    motion: ConstantMotion<D>,
+    pair: Pair,
+    rule: ClosureRule,
+    remaining: f64,
+    is_near: impl FnOnce() -> bool,
+) -> (PairCheck, Option<f64>) {
+    let (surface, resolution) = (context.surface, context.resolution);
+    // Parallel edges have no gap.
+    let gap = surface.gap(pair, motion.at, None);
+    let never = PairCheck::Touch(TouchState::Never);
+    if gap.is_none_or(|gap| gap > rule.waits_above() * resolution) {
+        let is_near = gap.is_some_and(|gap| gap <= resolution) || is_near();
+        let apart = (!is_near).then(|| surface.distance(pair, motion.at));
+        return (never, apart);
+    }
+    let resting_sink = RESTING_SINK * rule.depth() * resolution;
+    if surface.sinks(pair, motion, remaining, resting_sink) {
+        (PairCheck::Within(0.0), None)
+    } else {
+        (never, None)
+    }
 }
 
 /// Returns the time of touch of a pair within `span` seconds from now. Takes the closed
@@ -406,7 +443,7 @@ fn owning_pair<'a, const D: usize>(
         contact.is_duplicate_of(context, pair, drift_interval)
             || is_here(contact) && {
                 let held = surface.project(contact.pair, later);
-                let gap = gap.get_or_insert_with(|| surface.project(pair, later).gap);
+                let gap = gap.get_or_insert_with(|| surface.gap_or_zero(pair, later));
                 held.outside <= resolution
                     && held.gap >= *gap
                     && !surface.is_reentrant_pair(contact.pair, pair, then)

@@ -24,11 +24,11 @@ pub(crate) fn select_feature_pair<const D: usize>(
     rivals.retain(|rival| may(*rival));
     // A block that lands beside a joint may already lie in the side of the next block, within the
     // resolution. That is not this touch.
-    let now = |pair: Pair| surface.project(pair, at).gap;
+    let now = |pair: Pair| surface.gap_or_zero(pair, at);
     let gaps = rivals.iter().map(|&rival| now(rival));
     let least = gaps.fold(f64::NEG_INFINITY, f64::max) - slack;
     let shallow = rivals.iter().copied().filter(|&rival| now(rival) >= least);
-    let gap = |pair: Pair| surface.project(pair, then).gap;
+    let gap = |pair: Pair| surface.gap_or_zero(pair, then);
     let less_deep = |best, rival| if gap(rival) > gap(best) { rival } else { best };
     let best = shallow.reduce(less_deep)?;
     if !rivals.contains(&pair) && now(best) > slack {
@@ -107,7 +107,7 @@ pub(crate) fn are_one_contact<const D: usize>(
     let [one, other] = pairs.map(|pair| surface.point(pair, at));
     let cosine = || cosine_of_parallel(surface, pairs, at);
     let gaps_agree = || {
-        let [one, other] = pairs.map(|pair| surface.project(pair, at).gap);
+        let [one, other] = pairs.map(|pair| surface.gap_or_zero(pair, at));
         (one - other).abs() <= resolution
     };
     norm(&sub(&one, &other)) <= resolution

@@ -70,6 +70,10 @@ pub(crate) trait Distance<const D: usize>: Topology<D> {
         let projection = self.project(pair, at);
         projection.outside.is_finite().then_some(projection.gap)
     }
+    /// Returns the gap of a pair, m; 0 for parallel edges. It costs less than the projection.
+    fn gap_or_zero(&self, pair: Pair, at: Configuration<D>) -> f64 {
+        self.gap(pair, at, None).unwrap_or(0.0)
+    }
     /// Returns the unit normal of a contact, out of the target; `None` for parallel edges.
     fn normal(&self, pair: Pair, at: Configuration<D>) -> Option<[f64; D]>;
     /// Returns true if the normal is in the normal cone of the pair. Without this test, flush
@@ -105,6 +109,9 @@ pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
     ) -> bool {
         true
     }
+    /// Returns true if a pair that touches now sinks in by more than `depth`, m, in `duration` at
+    /// the present rate of its gap. Parallel edges do not.
+    fn sinks(&self, pair: Pair, motion: ConstantMotion<D>, duration: f64, depth: f64) -> bool;
     /// Returns true if a pair in contact, within `slack`, surely stays so for `duration` at
     /// constant velocities.
     fn stays_in_contact(
