@@ -70,9 +70,12 @@ fn any_drop_in_line(random: &mut Random) -> Case {
     material.young_modulus = 1000.0 * wave_speed.powi(2) / 2.14;
     material.damping.stiffness = 0.2 * size / wave_speed;
     case.scene.contact.tolerance = Some(size * 10.0_f64.powf(random.between(-6.0, -2.0)));
-    case.scene.contact.model =
-        [ContactModel::UnifiedNode, ContactModel::TwoScale][random.whole(0, 1)];
-    case.scene.time.end = speed / 9.81 + 8.0 * size / wave_speed;
+    // Two scales take a hundred times as long.
+    case.scene.contact.model = match random.whole(0, 19) {
+        0 => ContactModel::TwoScale,
+        _ => ContactModel::UnifiedNode,
+    };
+    case.scene.time.end = speed / 9.81 + 6.0 * size / wave_speed;
     case
 }
 
@@ -87,7 +90,7 @@ fn no_cube_with_edges_in_line_seems_to_slide() {
         run(&mut simulation, |_| {});
         touching += usize::from(simulation.contacts_begun() > 0);
         let mut warnings = simulation.warnings();
-        warnings.retain(|warning| !warning.contains("energy_loss"));
+        warnings.retain(|warning| warning.contains("slid"));
         assert_eq!(warnings, [""; 0], "{number}: {:?}", case.scene);
     }
     assert_eq!(touching, 1000);

@@ -23,6 +23,13 @@ impl Boundary2d {
         (area, edge)
     }
 
+    /// Returns true if the foot of a vertex lies on its edge, for contact no deeper than `depth`, m.
+    fn foot_is_on(&self, pair: Pair, at: Configuration<2>, depth: f64) -> bool {
+        let foot = self.project(pair, at).foot[0];
+        let slack = self.foot_slack(pair.target, foot > 0.5, at, depth);
+        (-slack..=1.0 + slack).contains(&foot)
+    }
+
     /// Returns the distance beyond an end of `edge` at which a foot still lies on it, relative to
     /// the length of the edge: more in a [re-entrant](beyond_reentrant) corner.
     fn foot_slack(&self, edge: u32, beyond_end: bool, at: Configuration<2>, depth: f64) -> f64 {
@@ -41,9 +48,11 @@ impl Boundary2d {
 }
 
 impl TimeOfImpact<2> for Boundary2d {
-    fn sinks(&self, pair: Pair, motion: ConstantMotion<2>, duration: f64, depth: f64) -> bool {
+    fn sinks(&self, pair: Pair, motion: ConstantMotion<2>, depth: f64, speed: f64) -> bool {
         let (area, [edge, _]) = self.area_before(pair, motion);
-        area.sinks(norm(&edge), duration, depth)
+        area.falls_faster(speed * norm(&edge))
+            && self.gap_or_zero(pair, motion.at) >= -depth
+            && self.foot_is_on(pair, motion.at, depth)
     }
 
     fn stays_in_contact(
@@ -67,12 +76,8 @@ impl TimeOfImpact<2> for Boundary2d {
     ) -> Option<f64> {
         let (area, edge) = self.area_before(pair, motion);
         let deep = depth * norm(&edge[0]);
-        let is_on_edge = |t: f64| {
-            let then = motion.after(t);
-            let foot = self.project(pair, then).foot[0];
-            let slack = self.foot_slack(pair.target, foot > 0.5, then, depth);
-            (-slack..=1.0 + slack).contains(&foot)
-        };
-        area.first_root(duration, deep, is_on_edge)
+        area.first_root(duration, deep, |time| {
+            self.foot_is_on(pair, motion.after(time), depth)
+        })
     }
 }

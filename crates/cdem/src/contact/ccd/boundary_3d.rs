@@ -18,19 +18,13 @@ impl TimeOfImpact<3> for Boundary3d {
         }
     }
 
-    fn sinks(&self, pair: Pair, motion: ConstantMotion<3>, duration: f64, depth: f64) -> bool {
+    fn sinks(&self, pair: Pair, motion: ConstantMotion<3>, depth: f64, speed: f64) -> bool {
         match self.feature_pair(pair) {
             FeaturePair::PointTriangle { .. } => {
-                let (volume, sides) = self.volume_before(pair, motion);
-                volume.sinks(area(&sides, 0.0), duration, depth)
+                self.point_triangle_sinks(pair, motion, depth, speed)
             }
             FeaturePair::EdgeEdge { main, target } => {
-                let crossing = self.edge_edge(main, target, motion.at);
-                crossing.is_some_and(|crossing| {
-                    let (volume, _) = self.volume_between([main, target], motion);
-                    let volume = volume.outward(crossing.forward);
-                    volume.sinks(crossing.area, duration, depth)
-                })
+                self.edge_edge_sinks([main, target], motion, depth, speed)
             }
         }
     }
@@ -100,10 +94,7 @@ impl Boundary3d {
         let on = |lines: &LinePair, at: Configuration<3>| {
             self.feet_are_on([main, target], &lines.foot, at, depth)
         };
-        let lines = self.lines(main, target, motion.at);
-        // In an instant the feet tell; this test costs less.
-        let is_on = || lines.as_ref().is_some_and(|lines| on(lines, motion.at));
-        if duration == 0.0 && !is_on() || !self.are_sharp_within([main, target], motion, duration) {
+        if !self.are_sharp_within([main, target], motion, duration) {
             return None;
         }
         let (volume, edges) = self.volume_between([main, target], motion);
@@ -112,8 +103,8 @@ impl Boundary3d {
         let crossing = |time: f64| self.edge_edge(main, target, motion.after(time));
         // Parallel edges touch as soon as they are no longer parallel, unless they come no deeper
         // than `depth` until the next kick.
-        let sinks =
-            lines.is_none() && crossing(duration).is_some_and(|crossing| crossing.gap < -depth);
+        let is_parallel = crossing(0.0).is_none();
+        let sinks = is_parallel && crossing(duration).is_some_and(|crossing| crossing.gap < -depth);
         let margin = volume.round_off(duration);
         let touches = |forward: bool| {
             move |time: f64| {
@@ -145,6 +136,49 @@ impl Boundary3d {
         } else {
             time
         })
+    }
+
+    /// Returns true if a vertex with a negative gap touches a triangle now, no deeper than `depth`,
+    /// m, and sinks in faster than `speed`, m/s.
+    fn point_triangle_sinks(
+        &self,
+        pair: Pair,
+        motion: ConstantMotion<3>,
+        depth: f64,
+        speed: f64,
+    ) -> bool {
+        let (volume, sides) = self.volume_before(pair, motion);
+        volume.falls_faster(speed * area(&sides, 0.0)) && {
+            let facing = self.point_triangle(pair.main, pair.target, motion.at);
+            facing.gap >= -depth && self.foot_is_on(pair, &facing, motion.at, depth)
+        }
+    }
+
+    /// Returns true if two edges do in the same way.
+    fn edge_edge_sinks(
+        &self,
+        [main, target]: [u32; 2],
+        motion: ConstantMotion<3>,
+        depth: f64,
+        speed: f64,
+    ) -> bool {
+        let Some(crossing) = self.edge_edge(main, target, motion.at) else {
+            return false;
+        };
+        let falls = || {
+            let (volume, _) = self.volume_between([main, target], motion);
+            let volume = volume.outward(crossing.forward);
+            volume.falls_faster(speed * crossing.area)
+        };
+        let is_sharp = |edge: u32, under: u32| {
+            let length = self.length(under, motion.at);
+            self.triangulation.is_sharp_under(edge, length, motion.at)
+        };
+        crossing.gap >= -depth
+            && self.feet_are_on([main, target], &crossing.foot, motion.at, depth)
+            && falls()
+            && is_sharp(main, target)
+            && is_sharp(target, main)
     }
 
     /// Returns true if a vertex in contact with a triangle stays so for `duration` seconds.

@@ -77,11 +77,10 @@ impl SignedVolume {
             && self.stays_above(-lowest, duration)
     }
 
-    /// Returns true if a gap gets smaller by more than `depth`, m, in `duration` at its present
-    /// rate. The value is the gap times the size of the target.
-    pub(crate) fn sinks(&self, size: f64, duration: f64, depth: f64) -> bool {
-        let [_, rate, ..] = self.coefficients;
-        -rate * duration > depth * size
+    /// Returns true if the value now falls faster than at a `rate`.
+    pub(super) fn falls_faster(&self, rate: f64) -> bool {
+        let [_, own, ..] = self.coefficients;
+        -own > rate
     }
 
     /// Returns true if the value surely stays above a level for `duration`: if its Bernstein
@@ -139,9 +138,6 @@ impl SignedVolume {
         let is_behind = self.at(0.0) <= margin && self.at(0.0) >= -deep;
         if is_behind && self.falls_at(0.0) && touches(0.0) {
             return Some(0.0);
-        }
-        if duration == 0.0 {
-            return None;
         }
         let falls = self
             .descents(duration, [margin, deep])

@@ -203,11 +203,18 @@ impl SeparationBounds {
     /// Returns true if a pair cannot touch for `duration` at the measured velocities.
     #[inline]
     fn cannot_touch(&self, number: usize, duration: f64) -> bool {
+        let travel = self.travel(number, duration);
+        self.open[number].is_apart(&self.blocks, self.within + travel)
+    }
+
+    /// Returns a bound of the motion of a pair's features against each other in `duration` at the
+    /// measured velocities, m.
+    #[inline]
+    pub(crate) fn travel(&self, number: usize, duration: f64) -> f64 {
         let open = &self.open[number];
         let [main, target] = open.blocks_in(&self.blocks);
         let turns = if open.turns { 3.0 } else { 1.0 };
-        let travel = duration * (turns * main.speed + target.speed);
-        open.is_apart(&self.blocks, self.within + travel)
+        duration * (turns * main.speed + target.speed)
     }
 
     /// Returns true if a pair is known to be near: its distance need not be measured again until

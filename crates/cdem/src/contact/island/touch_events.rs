@@ -257,11 +257,15 @@ impl<const D: usize> TouchEvents<D> {
         let is_closed = |pair: &Pair| pairs.binary_search(pair).is_ok();
         let remaining = now.remaining();
         let (states, bounds) = (&self.states, &*near);
+        // Slower pairs cannot get deep: they touch now or wait for the next kick.
+        let slow = IGNORED_PENETRATION * context.resolution;
         let check = |&(place, pair): &(usize, Pair)| {
             let is_near = || bounds.is_near(states[place].0);
             if is_closed(&pair) {
                 (PairCheck::Touch(TouchState::Closed), None)
-            } else if is_slow(context, motion, pair, remaining) {
+            } else if bounds.travel(states[place].0, remaining) <= slow
+                || remaining * fastest(context.surface, motion, pair) <= slow
+            {
                 check_slow_pair(context, motion, pair, rule, remaining, is_near)
             } else {
                 check_pair(context, motion, pair, rule, remaining)
@@ -270,7 +274,7 @@ impl<const D: usize> TouchEvents<D> {
         let pairs = self.examined.par_iter().with_min_len(CONTACTS_PER_TASK);
         pairs.map(check).collect_into_vec(&mut self.quick_checks);
         // At rest the quick check settles most pairs, so the index is built only if needed.
-        let more = |(check, _): &(PairCheck, _)| matches!(check, PairCheck::Within(_));
+        let more = |(check, _): &(PairCheck, _)| !matches!(check, PairCheck::Touch(_));
         if self.quick_checks.iter().any(more) {
             self.active_set.rebuild(contact, context.surface, motion);
         }
@@ -280,6 +284,7 @@ impl<const D: usize> TouchEvents<D> {
         };
         let touch = |(&(_, pair), &(check, _)): (&(usize, Pair), &(PairCheck, _))| match check {
             PairCheck::Touch(touch) => touch,
+            PairCheck::Now => touch_at(closed, context, motion, pair, 0.0, now),
             PairCheck::Within(span) => touch(closed, context, motion, pair, span, now),
         };
         let pairs = self
@@ -320,6 +325,8 @@ impl<const D: usize> TouchEvents<D> {
 enum PairCheck {
     /// Its state, settled.
     Touch(TouchState),
+    /// It touches now.
+    Now,
     /// It may touch within this many seconds.
     Within(f64),
 }
@@ -353,18 +360,6 @@ fn check_pair<const D: usize>(
     (check, Some(apart))
 }
 
-/// Returns true if a pair moves too little in a drift to get deep: it touches now or waits for the
-/// next kick.
-fn is_slow<const D: usize>(
-    context: &ContactContext<D>,
-    motion: ConstantMotion<D>,
-    pair: Pair,
-    remaining: f64,
-) -> bool {
-    let way = remaining * fastest(context.surface, motion, pair);
-    way <= IGNORED_PENETRATION * context.resolution
-}
-
 /// Checks a slow pair in the same way. At rest most pairs are slow, so the cheapest tests come
 /// first: the gap, then its rate. The distance is measured unless the pair `is_near` as known.
 fn check_slow_pair<const D: usize>(
@@ -384,16 +379,15 @@ fn check_slow_pair<const D: usize>(
         let apart = (!is_near).then(|| surface.distance(pair, motion.at));
         return (never, apart);
     }
-    let resting_sink = RESTING_SINK * rule.depth() * resolution;
-    if surface.sinks(pair, motion, remaining, resting_sink) {
-        (PairCheck::Within(0.0), None)
+    let rests_below = RESTING_SINK * rule.depth() * resolution / remaining;
+    if surface.sinks(pair, motion, resolution, rests_below) {
+        (PairCheck::Now, None)
     } else {
         (never, None)
     }
 }
 
-/// Returns the time of touch of a pair within `span` seconds from now. Takes the closed
-/// contacts of its blocks into account.
+/// Returns the time of touch of a pair within `span` seconds from now.
 fn touch<const D: usize>(
     closed: ActiveSet<D>,
     context: &ContactContext<D>,
@@ -402,13 +396,25 @@ fn touch<const D: usize>(
     span: f64,
     now: DriftProgress,
 ) -> TouchState {
-    let (surface, resolution, at) = (context.surface, context.resolution, motion.at);
-    let remaining = now.remaining();
-    let wait = surface.time_of_impact(pair, motion, span, resolution);
-    let Some(wait) = wait else {
+    let surface = context.surface;
+    let Some(wait) = surface.time_of_impact(pair, motion, span, context.resolution) else {
         return TouchState::Never;
     };
     let wait = instant_of_touch(surface, pair, motion, wait, span);
+    touch_at(closed, context, motion, pair, wait, now)
+}
+
+/// Returns the state of a pair that touches in `wait` seconds, with the closed contacts of its
+/// blocks taken into account.
+fn touch_at<const D: usize>(
+    closed: ActiveSet<D>,
+    context: &ContactContext<D>,
+    motion: ConstantMotion<D>,
+    pair: Pair,
+    wait: f64,
+    now: DriftProgress,
+) -> TouchState {
+    let (at, remaining) = (motion.at, now.remaining());
     let beside = closed
         .index
         .nearby(closed.contact_points, context, motion, pair, remaining);

@@ -109,9 +109,9 @@ pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
     ) -> bool {
         true
     }
-    /// Returns true if a pair that touches now sinks in by more than `depth`, m, in `duration` at
-    /// the present rate of its gap. Parallel edges do not.
-    fn sinks(&self, pair: Pair, motion: ConstantMotion<D>, duration: f64, depth: f64) -> bool;
+    /// Returns true if a pair with a negative gap touches now, no deeper than `depth`, m, and sinks
+    /// in faster than `speed`, m/s. Parallel edges do not.
+    fn sinks(&self, pair: Pair, motion: ConstantMotion<D>, depth: f64, speed: f64) -> bool;
     /// Returns true if a pair in contact, within `slack`, surely stays so for `duration` at
     /// constant velocities.
     fn stays_in_contact(
