@@ -11,11 +11,11 @@
 //! - A broad phase finds candidates, which serve for many steps. Each block has an allowance for its
 //!   travel plus its motion bound. Boxes grow by the allowance, and are searched again before it is
 //!   used up.
-//! - Each candidate keeps its distance, its exclusion length, and the travels of its blocks at its
-//!   last test: its [bound on motion](Candidate). While the blocks travel on by w in all, the
-//!   distance changes by no more than w, and the exclusion length by no more than
-//!   [`CULLING_RATE`] w. Mostly this tells if the pair is near. Otherwise the pair is tested again.
-//!   Both give the same result.
+//! - Each candidate keeps its distance and its exclusion length, each with the travels of its blocks
+//!   when it was measured: its [bounds on motion](Candidate). While the blocks travel on by w in
+//!   all, the distance changes by no more than w, and the exclusion length by no more than
+//!   [`CULLING_RATE`](crate::contact::tolerances::CULLING_RATE) w. Mostly this tells if the pair is
+//!   near. Otherwise the length that does not tell is measured again. Both give the same result.
 //! - Candidates that cannot be near for some steps are not even compared
 //!   ([`active_candidates`](crate::contact::detection::active_candidates)).
 //!
@@ -36,7 +36,7 @@ pub(crate) use crate::contact::detection::candidates::bound::{Candidate, Travel}
 pub(crate) use crate::contact::detection::clusters::Clusters;
 
 use crate::contact::detection::active_candidates::ActiveCandidates;
-use crate::contact::detection::candidates::bound::Bounded;
+use crate::contact::detection::candidates::bound::{Bounded, MeasuredLength};
 use crate::contact::surface::geometry_cache::GeometryCache;
 use crate::contact::surface::{Configuration, Pair, Surface};
 use crate::contact::tolerances::{
@@ -117,11 +117,11 @@ pub(super) struct BoundCheck {
     pub(super) open: Vec<u32>,
 }
 
-/// Result of a test.
+/// Result of a test, with the lengths that it has measured, m.
 #[derive(Clone, Copy, Debug)]
 struct CandidateTest {
-    distance: f64,
-    exclusion: f64,
+    distance: Option<f64>,
+    exclusion: Option<f64>,
     is_near: bool,
 }
 
@@ -333,42 +333,63 @@ impl<const D: usize> CandidateSearch<D> {
         });
     }
 
-    /// Tests the open candidates, and records the near ones.
+    /// Tests the open candidates for the listed travels, and records the near ones.
     pub(super) fn test_open(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
         let Self {
             candidates,
-            blocks: motions,
             found,
             is_near,
             lists,
             ..
         } = self;
         let (surface, resolution) = (blocks.surface, blocks.resolution);
-        let test = |&number: &u32| {
-            let Candidate {
-                pair, blocks: of, ..
-            } = candidates[number as usize];
-            let [a, b] = of.map(|block| motions[block as usize].motion_bound);
-            let distance = surface.distance(pair, at);
-            let exclusion = if distance <= a + b + resolution {
-                surface.exclusion(pair, at, resolution)
-            } else {
-                f64::NAN
-            };
-            CandidateTest {
-                distance,
-                exclusion,
-                is_near: exclusion <= a + b,
-            }
+        let SearchLists {
+            travels,
+            open,
+            tests,
+            ..
+        } = lists;
+        let travel_of = |candidate: &Candidate| {
+            Travel::together(candidate.blocks.map(|block| travels[block as usize]))
         };
-        let numbers = lists.open.par_iter().with_min_len(CANDIDATES_PER_TASK);
-        numbers.map(test).collect_into_vec(&mut lists.tests);
-        for (&number, test) in lists.open.iter().zip(&lists.tests) {
+        let test = |&number: &u32| {
+            let candidate = &candidates[number as usize];
+            let travel = travel_of(candidate);
+            let mut test = CandidateTest {
+                distance: None,
+                exclusion: None,
+                is_near: false,
+            };
+            let distance = candidate
+                .distance_bounded(travel, resolution)
+                .or_measured(|| {
+                    let distance = surface.distance(candidate.pair, at);
+                    test.distance = Some(distance);
+                    distance <= travel.motion + resolution
+                });
+            test.is_near = distance
+                && candidate
+                    .exclusion_bounded(travel, resolution)
+                    .or_measured(|| {
+                        let exclusion = surface.exclusion(candidate.pair, at, resolution);
+                        test.exclusion = Some(exclusion);
+                        exclusion <= travel.motion
+                    });
+            test
+        };
+        let numbers = open.par_iter().with_min_len(CANDIDATES_PER_TASK);
+        numbers.map(test).collect_into_vec(tests);
+        for (&number, test) in open.iter().zip(&*tests) {
             let candidate = &mut candidates[number as usize];
-            let [a, b] = candidate.blocks.map(|block| &motions[block as usize]);
-            candidate.travel = a.travel + b.travel;
-            candidate.distance = test.distance;
-            candidate.exclusion = test.exclusion;
+            let Travel { travel, .. } = travel_of(candidate);
+            for (known, measured) in [
+                (&mut candidate.distance, test.distance),
+                (&mut candidate.exclusion, test.exclusion),
+            ] {
+                if let Some(length) = measured {
+                    *known = MeasuredLength { length, travel };
+                }
+            }
             if test.is_near {
                 is_near[number as usize] = true;
                 found.push(number);

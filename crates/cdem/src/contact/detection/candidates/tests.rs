@@ -417,7 +417,7 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
             let lacking = search
                 .candidates
                 .iter()
-                .filter(|candidate| candidate.exclusion > 0.0);
+                .filter(|candidate| candidate.exclusion.length > 0.0);
             left_out = lacking.map(|candidate| candidate.pair).collect();
         }
     }
