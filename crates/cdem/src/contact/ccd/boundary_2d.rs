@@ -23,10 +23,9 @@ impl Boundary2d {
         (area, edge)
     }
 
-    /// Returns true if the foot of a vertex lies on its edge, for contact no deeper than `depth`, m.
-    fn foot_is_on(&self, pair: Pair, at: Configuration<2>, depth: f64) -> bool {
-        let foot = self.project(pair, at).foot[0];
-        let slack = self.foot_slack(pair.target, foot > 0.5, at, depth);
+    /// Returns true if a foot lies on its edge, for contact no deeper than `depth`, m.
+    fn foot_is_on(&self, edge: u32, foot: f64, at: Configuration<2>, depth: f64) -> bool {
+        let slack = self.foot_slack(edge, foot > 0.5, at, depth);
         (-slack..=1.0 + slack).contains(&foot)
     }
 
@@ -50,9 +49,11 @@ impl Boundary2d {
 impl TimeOfImpact<2> for Boundary2d {
     fn sinks(&self, pair: Pair, motion: ConstantMotion<2>, depth: f64, speed: f64) -> bool {
         let (area, [edge, _]) = self.area_before(pair, motion);
-        area.falls_faster(speed * norm(&edge))
-            && self.gap_or_zero(pair, motion.at) >= -depth
-            && self.foot_is_on(pair, motion.at, depth)
+        let length = norm(&edge);
+        area.sinks(depth * length, speed * length) && {
+            let foot = self.project(pair, motion.at).foot[0];
+            self.foot_is_on(pair.target, foot, motion.at, depth)
+        }
     }
 
     fn stays_in_contact(
@@ -77,7 +78,9 @@ impl TimeOfImpact<2> for Boundary2d {
         let (area, edge) = self.area_before(pair, motion);
         let deep = depth * norm(&edge[0]);
         area.first_root(duration, deep, |time| {
-            self.foot_is_on(pair, motion.after(time), depth)
+            let then = motion.after(time);
+            let foot = self.project(pair, then).foot[0];
+            self.foot_is_on(pair.target, foot, then, depth)
         })
     }
 }

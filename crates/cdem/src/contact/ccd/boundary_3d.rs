@@ -138,8 +138,8 @@ impl Boundary3d {
         })
     }
 
-    /// Returns true if a vertex with a negative gap touches a triangle now, no deeper than `depth`,
-    /// m, and sinks in faster than `speed`, m/s.
+    /// Returns true if a vertex touches a triangle now, no deeper than `depth`, m, and sinks in
+    /// faster than `speed`, m/s.
     fn point_triangle_sinks(
         &self,
         pair: Pair,
@@ -148,13 +148,14 @@ impl Boundary3d {
         speed: f64,
     ) -> bool {
         let (volume, sides) = self.volume_before(pair, motion);
-        volume.falls_faster(speed * area(&sides, 0.0)) && {
+        let size = area(&sides, 0.0);
+        volume.sinks(depth * size, speed * size) && {
             let facing = self.point_triangle(pair.main, pair.target, motion.at);
-            facing.gap >= -depth && self.foot_is_on(pair, &facing, motion.at, depth)
+            self.foot_is_on(pair, &facing, motion.at, depth)
         }
     }
 
-    /// Returns true if two edges do in the same way.
+    /// Returns true if two sharp edges touch now and sink in, in the same way.
     fn edge_edge_sinks(
         &self,
         [main, target]: [u32; 2],
@@ -165,18 +166,17 @@ impl Boundary3d {
         let Some(crossing) = self.edge_edge(main, target, motion.at) else {
             return false;
         };
-        let falls = || {
+        let sinks = || {
             let (volume, _) = self.volume_between([main, target], motion);
             let volume = volume.outward(crossing.forward);
-            volume.falls_faster(speed * crossing.area)
+            volume.sinks(depth * crossing.area, speed * crossing.area)
         };
         let is_sharp = |edge: u32, under: u32| {
             let length = self.length(under, motion.at);
             self.triangulation.is_sharp_under(edge, length, motion.at)
         };
-        crossing.gap >= -depth
-            && self.feet_are_on([main, target], &crossing.foot, motion.at, depth)
-            && falls()
+        self.feet_are_on([main, target], &crossing.foot, motion.at, depth)
+            && sinks()
             && is_sharp(main, target)
             && is_sharp(target, main)
     }

@@ -77,10 +77,17 @@ impl SignedVolume {
             && self.stays_above(-lowest, duration)
     }
 
-    /// Returns true if the value now falls faster than at a `rate`.
-    pub(super) fn falls_faster(&self, rate: f64) -> bool {
+    /// Returns true if the value [is behind](Self::is_behind) now, above -`deep`, and falls faster
+    /// than at a `rate`.
+    pub(super) fn sinks(&self, deep: f64, rate: f64) -> bool {
+        let margin = self.round_off(0.0);
         let [_, own, ..] = self.coefficients;
-        -own > rate
+        -own > rate && self.is_behind(deep.max(margin), margin)
+    }
+
+    /// Returns true if the value is now no more than `margin`, and no less than -`deep`.
+    fn is_behind(&self, deep: f64, margin: f64) -> bool {
+        (-deep..=margin).contains(&self.at(0.0))
     }
 
     /// Returns true if the value surely stays above a level for `duration`: if its Bernstein
@@ -135,8 +142,7 @@ impl SignedVolume {
     ) -> Option<f64> {
         let margin = self.round_off(duration);
         let deep = deep.max(margin);
-        let is_behind = self.at(0.0) <= margin && self.at(0.0) >= -deep;
-        if is_behind && self.falls_at(0.0) && touches(0.0) {
+        if self.is_behind(deep, margin) && self.falls_at(0.0) && touches(0.0) {
             return Some(0.0);
         }
         let falls = self

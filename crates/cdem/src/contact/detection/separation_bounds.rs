@@ -130,7 +130,7 @@ impl SeparationBounds {
         known.is_some()
     }
 
-    /// Adds a pair of two blocks whose features are `apart` now, m.
+    /// Adds a pair of two blocks whose features are `apart` now or farther, m.
     pub(crate) fn push<const D: usize>(
         &mut self,
         surface: &dyn Surface<D>,
@@ -150,7 +150,10 @@ impl SeparationBounds {
             until: 0.0,
             is_near: false,
         });
-        self.set_bound(self.open.len() - 1, apart);
+        let number = self.open.len() - 1;
+        self.set_bound(number, apart);
+        // The distance may be a lower bound.
+        self.open[number].is_near = false;
     }
 
     pub(crate) fn pair(&self, number: usize) -> Pair {
@@ -203,14 +206,14 @@ impl SeparationBounds {
     /// Returns true if a pair cannot touch for `duration` at the measured velocities.
     #[inline]
     fn cannot_touch(&self, number: usize, duration: f64) -> bool {
-        let travel = self.travel(number, duration);
+        let travel = self.relative_travel(number, duration);
         self.open[number].is_apart(&self.blocks, self.within + travel)
     }
 
     /// Returns a bound of the motion of a pair's features against each other in `duration` at the
     /// measured velocities, m.
     #[inline]
-    pub(crate) fn travel(&self, number: usize, duration: f64) -> f64 {
+    pub(crate) fn relative_travel(&self, number: usize, duration: f64) -> f64 {
         let open = &self.open[number];
         let [main, target] = open.blocks_in(&self.blocks);
         let turns = if open.turns { 3.0 } else { 1.0 };

@@ -73,12 +73,22 @@ impl ClosureRule {
         }
     }
 
-    /// Returns the gap, over the contact resolution, above which a pair waits for the next kick
-    /// if it is too slow to get deep in the drift.
+    /// Returns the gap, over the contact resolution, above which a slow pair waits for the next
+    /// kick.
     fn waits_above(self) -> f64 {
         match self {
             Self::InKick => LEAST_DEPTH,
             Self::InDrift => -IGNORED_PENETRATION,
+        }
+    }
+
+    /// Returns the sink in a drift, over the contact resolution, up to which a slow pair with this
+    /// `gap` rests. A pair deeper than [`IGNORED_PENETRATION`] does not.
+    fn resting_sink(self, gap: f64) -> f64 {
+        if gap > -IGNORED_PENETRATION {
+            (gap + self.depth()).max(RESTING_SINK * self.depth())
+        } else {
+            0.0
         }
     }
 }
@@ -263,12 +273,18 @@ impl<const D: usize> TouchEvents<D> {
             let is_near = || bounds.is_near(states[place].0);
             if is_closed(&pair) {
                 (PairCheck::Touch(TouchState::Closed), None)
-            } else if bounds.travel(states[place].0, remaining) <= slow
-                || remaining * fastest(context.surface, motion, pair) <= slow
-            {
-                check_slow_pair(context, motion, pair, rule, remaining, is_near)
             } else {
-                check_pair(context, motion, pair, rule, remaining)
+                let way = bounds.relative_travel(states[place].0, remaining);
+                let way = if way > slow {
+                    remaining * fastest(context.surface, motion, pair)
+                } else {
+                    way
+                };
+                if way > slow {
+                    check_pair(context, motion, pair, rule, [remaining, way])
+                } else {
+                    check_slow_pair(context, motion, pair, rule, remaining, is_near)
+                }
             }
         };
         let pairs = self.examined.par_iter().with_min_len(CONTACTS_PER_TASK);
@@ -331,18 +347,18 @@ enum PairCheck {
     Within(f64),
 }
 
-/// Checks an open pair quickly for the `remaining` seconds of a drift at constant velocities.
-/// Returns also the distance of its features now, m, if the check has measured it.
+/// Checks an open pair quickly for the `remaining` seconds of a drift at constant velocities, in
+/// which its features move by at most `way` against each other, m. Returns also the distance of its
+/// features now, m, if the check has measured it.
 fn check_pair<const D: usize>(
     context: &ContactContext<D>,
     motion: ConstantMotion<D>,
     pair: Pair,
     rule: ClosureRule,
-    remaining: f64,
+    [remaining, way]: [f64; 2],
 ) -> (PairCheck, Option<f64>) {
     let (surface, resolution, at) = (context.surface, context.resolution, motion.at);
     let never = PairCheck::Touch(TouchState::Never);
-    let way = remaining * fastest(surface, motion, pair);
     let apart = surface.distance(pair, at);
     let end = at.after(motion.velocity, remaining);
     if apart > resolution + way || !surface.may_touch_in_drift(pair, at, end) {
@@ -373,17 +389,18 @@ fn check_slow_pair<const D: usize>(
     let (surface, resolution) = (context.surface, context.resolution);
     // Parallel edges have no gap.
     let gap = surface.gap(pair, motion.at, None);
-    let never = PairCheck::Touch(TouchState::Never);
-    if gap.is_none_or(|gap| gap > rule.waits_above() * resolution) {
-        let is_near = gap.is_some_and(|gap| gap <= resolution) || is_near();
-        let apart = (!is_near).then(|| surface.distance(pair, motion.at));
-        return (never, apart);
-    }
-    let rests_below = RESTING_SINK * rule.depth() * resolution / remaining;
-    if surface.sinks(pair, motion, resolution, rests_below) {
-        (PairCheck::Now, None)
+    let touching = gap.filter(|gap| *gap <= rule.waits_above() * resolution);
+    let sinks = touching.is_some_and(|gap| {
+        let rests_below = rule.resting_sink(gap / resolution) * resolution / remaining;
+        surface.sinks(pair, motion, resolution, rests_below)
+    });
+    let is_near = !sinks && (gap.is_some_and(|gap| gap.abs() <= resolution) || is_near());
+    let apart = (!is_near).then(|| surface.distance(pair, motion.at));
+    // The foot may be far beyond the end of a target in a re-entrant corner.
+    if sinks && apart.is_some_and(|apart| apart <= resolution) {
+        (PairCheck::Now, apart)
     } else {
-        (never, None)
+        (PairCheck::Touch(TouchState::Never), apart)
     }
 }
 
@@ -493,4 +510,26 @@ fn fastest<const D: usize>(surface: &dyn Surface<D>, motion: ConstantMotion<D>, 
         speeds.fold(0.0, f64::max)
     };
     seen(main) + seen(target)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slow_pair_rests_unless_it_sinks() {
+        let depth = LEAST_DEPTH;
+        for (rule, gap, sink) in [
+            // It may come as deep as it may lie.
+            (ClosureRule::InKick, 0.0, depth),
+            (ClosureRule::InKick, -0.25 * depth, 0.75 * depth),
+            // Left to sink in before, it does so again.
+            (ClosureRule::InKick, -1e4 * depth, RESTING_SINK * depth),
+            // Too deep to be left.
+            (ClosureRule::InKick, -2.0 * IGNORED_PENETRATION, 0.0),
+            (ClosureRule::InDrift, -IGNORED_PENETRATION, 0.0),
+        ] {
+            assert_eq!(rule.resting_sink(gap), sink, "{rule:?} {gap:e}");
+        }
+    }
 }

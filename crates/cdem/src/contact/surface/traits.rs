@@ -70,7 +70,8 @@ pub(crate) trait Distance<const D: usize>: Topology<D> {
         let projection = self.project(pair, at);
         projection.outside.is_finite().then_some(projection.gap)
     }
-    /// Returns the gap of a pair, m; 0 for parallel edges. It costs less than the projection.
+    /// Returns the gap of a pair, m; 0 for parallel edges. In space it costs less than the
+    /// projection.
     fn gap_or_zero(&self, pair: Pair, at: Configuration<D>) -> f64 {
         self.gap(pair, at, None).unwrap_or(0.0)
     }
@@ -109,8 +110,8 @@ pub(crate) trait TimeOfImpact<const D: usize>: Topology<D> {
     ) -> bool {
         true
     }
-    /// Returns true if a pair with a negative gap touches now, no deeper than `depth`, m, and sinks
-    /// in faster than `speed`, m/s. Parallel edges do not.
+    /// Returns true if a pair touches now, no deeper than `depth`, m, and sinks in faster than
+    /// `speed`, m/s. Parallel edges do not.
     fn sinks(&self, pair: Pair, motion: ConstantMotion<D>, depth: f64, speed: f64) -> bool;
     /// Returns true if a pair in contact, within `slack`, surely stays so for `duration` at
     /// constant velocities.

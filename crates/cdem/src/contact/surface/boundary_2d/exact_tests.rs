@@ -8,6 +8,7 @@ use crate::contact::surface::{
 };
 use crate::contact::verification::exact::{
     DEPTH, ExactTouch, Features, Polynomial, Query, QueryKind, bound, difference, dot,
+    judge_sinking,
 };
 use crate::math::vector::cross2;
 
@@ -20,6 +21,8 @@ struct Judged {
     past: usize,
     /// Times of impact that were found.
     found: usize,
+    /// Pairs that touch from behind and sink in.
+    sinking: usize,
 }
 
 /// Two triangles, for the times of impact of their pairs.
@@ -151,6 +154,7 @@ fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
         };
         for pair in trial.pairs() {
             trial.judge_found(pair, &mut judged);
+            judged.sinking += usize::from(judge_sinking(trial.boundary, pair, trial.motion));
             trial.judge_touches(pair, &mut judged);
         }
     }
@@ -168,6 +172,7 @@ fn judge_all(count: usize) {
         } else {
             8
         };
+        assert!(judged.sinking * 1000 >= count, "{judged:?}");
         assert!(judged.within * 1000 >= 30 * count, "{judged:?}");
         assert!(judged.at_ends * 1000 >= at_ends * count, "{judged:?}");
     }

@@ -7,7 +7,7 @@ use crate::contact::surface::boundary_3d::{Boundary3d, FeaturePair};
 use crate::contact::surface::{Configuration, ConstantMotion, Distance, Pair, TimeOfImpact};
 use crate::contact::tolerances::FOOT_ROUND_OFF;
 use crate::contact::verification::exact::{
-    DEPTH, FOOT, Features, Query, QueryKind, bound, cross, difference, dot,
+    DEPTH, FOOT, Features, Query, QueryKind, bound, cross, difference, dot, judge_sinking,
 };
 use crate::math::vector;
 
@@ -61,6 +61,8 @@ struct Judged {
     crossing: [usize; 2],
     /// Times of impact that were found.
     found: usize,
+    /// Pairs that touch from behind and sink in.
+    sinking: usize,
     /// Edges whose faces do not tell the outward direction: not judged.
     unclear: usize,
 }
@@ -203,6 +205,7 @@ fn judge(seed: u64, count: usize, draw: QueryKind) -> Judged {
                 found: boundary.time_of_impact(pair, motion, 1.0, DEPTH),
             };
             trial.judge_found(&mut judged);
+            judged.sinking += usize::from(judge_sinking(&boundary, pair, motion));
             trial.judge_touches(&mut judged);
         }
     }
@@ -224,6 +227,7 @@ fn judge_all(count: usize) {
             |judged: [usize; 2], least: [usize; 2]| judged[0] >= least[0] && judged[1] >= least[1];
         assert!(enough(judged.facing, least([4, 6])), "{judged:?}");
         assert!(enough(judged.crossing, least([12, 8])), "{judged:?}");
+        assert!(judged.sinking * 1000 >= count, "{judged:?}");
         assert!(judged.unclear <= judged.found / 20, "{judged:?}");
     }
 }

@@ -1,13 +1,14 @@
 //! Times of impact in exact arithmetic, for pairs of features with integer positions and
 //! velocities.
 
-use crate::contact::tolerances::{FOOT_ROUND_OFF, VOLUME_ROUND_OFF};
-
 pub(crate) mod polynomial;
 pub(crate) mod query;
 pub(crate) mod root;
 
 use std::cmp::Ordering;
+
+use crate::contact::surface::{ConstantMotion, Pair, Surface};
+use crate::contact::tolerances::{FOOT_ROUND_OFF, VOLUME_ROUND_OFF};
 
 pub(crate) use crate::contact::verification::exact::polynomial::{
     Polynomial, cross, difference, dot,
@@ -21,6 +22,26 @@ pub(crate) const DEPTH: f64 = 1e-9;
 /// Largest distance of a foot outside features, m. None is longer than 80 m along each axis at the
 /// start, and as much after a second.
 pub(crate) const FOOT: f64 = DEPTH + 300.0 * FOOT_ROUND_OFF;
+
+/// Depth up to which a pair may touch from behind, m: a 20th of the longest feature.
+const SINKING_DEPTH: f64 = 4.0;
+
+/// Checks that a pair sinks in if and only if it touches at once. Returns true if it does. A gap
+/// that does not change may do either.
+pub(crate) fn judge_sinking<const D: usize>(
+    surface: &dyn Surface<D>,
+    pair: Pair,
+    motion: ConstantMotion<D>,
+) -> bool {
+    let touches = surface.time_of_impact(pair, motion, 0.0, SINKING_DEPTH) == Some(0.0);
+    let sinks = |speed: f64| surface.sinks(pair, motion, SINKING_DEPTH, speed);
+    assert!(touches || !sinks(0.0), "{pair:?} sinks in without a touch");
+    assert!(
+        !touches || sinks(-1e-12),
+        "{pair:?} touches and does not sink in"
+    );
+    touches
+}
 
 /// Round-off of the time at which a measure has an extremum, s: √ε for a flat one.
 const TURN: f64 = 1e-7;
