@@ -95,7 +95,10 @@ def main():
             told = subprocess.run(
                 [command, "check", scene], capture_output=True, text=True, check=True
             ).stdout
-            error, kind = ROW.search(told).groups()
+            row = ROW.search(told)
+            if row is None:
+                sys.exit(f"mesh {number}: no row of the block in\n{told}")
+            error, kind = row.groups()
             is_plate = number % SHAPES == PLATE
             if error != "0" and not (is_plate and float(error) <= 1.0):
                 sys.exit(f"mesh {number}: inertia error {error} %\n{told}")

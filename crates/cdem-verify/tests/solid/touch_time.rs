@@ -21,7 +21,7 @@ const MODULUS: f64 = 1e-3;
 /// features: 2e-15 of a step, and more the flatter they meet.
 const ERROR: f64 = 1e-12;
 
-/// What a meeting has in either dimension.
+/// The part of a meeting that is the same in the plane and in space.
 #[derive(Debug)]
 struct Setting {
     /// Contact tolerance, m.
@@ -45,7 +45,7 @@ impl Setting {
         self.steps * SPEED * STEP
     }
 
-    /// Sets what both dimensions have in common.
+    /// Sets this part in a case.
     fn apply(&self, case: &mut Case) {
         case.scene.material[0].young_modulus = MODULUS;
         case.scene.time.end = STEP * (self.steps + 2.0).ceil();

@@ -150,10 +150,8 @@ impl SeparationBounds {
             until: 0.0,
             is_near: false,
         });
-        let number = self.open.len() - 1;
-        self.set_bound(number, apart);
-        // The distance may be a lower bound.
-        self.open[number].is_near = false;
+        // The distance may be a lower bound, so the pair is not known to be near.
+        self.set_until(self.open.len() - 1, apart);
     }
 
     pub(crate) fn pair(&self, number: usize) -> Pair {
@@ -226,12 +224,17 @@ impl SeparationBounds {
         self.open[number].is_near
     }
 
-    /// Sets the bound of a pair whose features are `apart` now, m.
+    /// Sets the bound of a pair whose features have been measured to be `apart` now, m.
     pub(crate) fn set_bound(&mut self, number: usize, apart: f64) {
+        self.set_until(number, apart);
+        self.open[number].is_near = apart <= self.within;
+    }
+
+    /// Sets the travel at which a pair may touch whose features are `apart` now or farther, m.
+    fn set_until(&mut self, number: usize, apart: f64) {
         let open = &mut self.open[number];
         let [main, target] = open.blocks_in(&self.blocks);
         open.until = apart + (main.travel + target.travel);
-        open.is_near = apart <= self.within;
     }
 
     /// Adds the travel of a drift of `duration` seconds at the measured velocities.

@@ -377,7 +377,8 @@ fn check_pair<const D: usize>(
 }
 
 /// Checks a slow pair in the same way. At rest most pairs are slow, so the cheapest tests come
-/// first: the gap, then its rate. The distance is measured unless the pair `is_near` as known.
+/// first: the gap, then its rate. The distance is measured if the pair sinks in, and unless the pair
+/// `is_near`.
 fn check_slow_pair<const D: usize>(
     context: &ContactContext<D>,
     motion: ConstantMotion<D>,
