@@ -15,6 +15,7 @@ mod many;
 mod paper;
 mod patch;
 mod pavement;
+mod pressed;
 mod rolling;
 mod slope;
 mod stack;

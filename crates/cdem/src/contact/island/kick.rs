@@ -14,7 +14,8 @@ use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, Dr
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
-use crate::contact::island::touch_events::{ClosureRule, Event, TouchEvents};
+use crate::contact::island::quick_check::ClosureRule;
+use crate::contact::island::touch_events::{Event, TouchEvents};
 use crate::contact::rollback::change;
 use crate::contact::solver::Precision;
 use crate::contact::surface::kicked::KickedView;
@@ -185,6 +186,8 @@ impl<const D: usize> Island<D> {
                 energies.overtravel_count += u64::from(slip > size);
             } else if !contact.is_sticking {
                 contact.stick();
+            } else if contact.has_left_anchor(jacobian, context.resolution) {
+                contact.slide();
             }
         }
     }

@@ -4,6 +4,7 @@
 pub(crate) mod impact;
 pub(crate) mod kick;
 pub(crate) mod parallel;
+pub(crate) mod quick_check;
 pub(crate) mod touch_events;
 
 use std::collections::BTreeMap;
@@ -18,7 +19,8 @@ use crate::contact::detection::separation_bounds::SeparationBounds;
 use crate::contact::energy::{ContactEnergies, DriftImpulses};
 use crate::contact::interior::BodyCoupling;
 use crate::contact::island::kick::KickWorkspace;
-use crate::contact::island::touch_events::{ClosureRule, Event, TouchEvents};
+use crate::contact::island::quick_check::ClosureRule;
+use crate::contact::island::touch_events::{Event, TouchEvents};
 use crate::contact::rollback::Rollback;
 use crate::contact::solver::{Precision, Solver};
 use crate::contact::surface::kicked::KickedView;

@@ -9,13 +9,12 @@ use crate::contact::constraint::contact_point::{ContactPoint, DriftInterval};
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::detection::separation_bounds::SeparationBounds;
 use crate::contact::island::Island;
+use crate::contact::island::quick_check::{ClosureRule, QuickCheck, quick_check};
 use crate::contact::narrow_phase::feature_selection::select_feature_pair;
 use crate::contact::surface::kicked::{ConstantMotion, KickedView};
-use crate::contact::surface::{Configuration, GapAllowance, Pair, Surface};
+use crate::contact::surface::{Configuration, Pair};
 use crate::contact::timing::DriftProgress;
-use crate::contact::tolerances::{
-    CONTACTS_PER_TASK, IGNORED_PENETRATION, LEAST_DEPTH, RESTING_SINK,
-};
+use crate::contact::tolerances::CONTACTS_PER_TASK;
 use crate::math::vector::{norm, sub};
 
 /// Times at which the open pairs of an island touch in a drift.
@@ -28,7 +27,7 @@ pub(crate) struct TouchEvents<const D: usize> {
     /// of the quick check and of the full one; closed pairs, sorted, and their spatial index.
     before: Vec<(usize, TouchState)>,
     examined: Vec<(usize, Pair)>,
-    quick_checks: Vec<(PairCheck, Option<f64>)>,
+    quick_checks: Vec<(QuickCheck, Option<f64>)>,
     full_checks: Vec<TouchState>,
     closed: Vec<Pair>,
     active_set: ActiveSetIndex<D>,
@@ -52,45 +51,6 @@ enum TouchState {
     /// It, or a pair in its place, has touched at an event, and is not known to be closed.
     Due,
     Closed,
-}
-
-/// Rule for closing pairs that touch already.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum ClosureRule {
-    /// In a kick, before the drift: all that penetrate.
-    InKick,
-    /// In the drift: those that cannot wait for the next kick.
-    InDrift,
-}
-
-impl ClosureRule {
-    /// Returns the depth, over the contact resolution, up to which a pair does not count as
-    /// penetrating.
-    fn depth(self) -> f64 {
-        match self {
-            Self::InKick => LEAST_DEPTH,
-            Self::InDrift => IGNORED_PENETRATION,
-        }
-    }
-
-    /// Returns the gap, over the contact resolution, above which a slow pair waits for the next
-    /// kick.
-    fn waits_above(self) -> f64 {
-        match self {
-            Self::InKick => LEAST_DEPTH,
-            Self::InDrift => -IGNORED_PENETRATION,
-        }
-    }
-
-    /// Returns the sink in a drift, over the contact resolution, up to which a slow pair with this
-    /// `gap` rests. A pair deeper than [`IGNORED_PENETRATION`] does not.
-    fn resting_sink(self, gap: f64) -> f64 {
-        if gap > -IGNORED_PENETRATION {
-            (gap + self.depth()).max(RESTING_SINK * self.depth())
-        } else {
-            0.0
-        }
-    }
 }
 
 /// A change of the velocities of an island in a kick or a drift.
@@ -267,30 +227,20 @@ impl<const D: usize> TouchEvents<D> {
         let is_closed = |pair: &Pair| pairs.binary_search(pair).is_ok();
         let remaining = now.remaining();
         let (states, bounds) = (&self.states, &*near);
-        // Slower pairs cannot get deep: they touch now or wait for the next kick.
-        let slow = IGNORED_PENETRATION * context.resolution;
         let check = |&(place, pair): &(usize, Pair)| {
             let is_near = || bounds.is_near(states[place].0);
             if is_closed(&pair) {
-                (PairCheck::Touch(TouchState::Closed), None)
+                (QuickCheck::Closed, None)
             } else {
-                let way = bounds.relative_travel(states[place].0, remaining);
-                let way = if way > slow {
-                    remaining * fastest(context.surface, motion, pair)
-                } else {
-                    way
-                };
-                if way > slow {
-                    check_pair(context, motion, pair, rule, [remaining, way])
-                } else {
-                    check_slow_pair(context, motion, pair, rule, remaining, is_near)
-                }
+                let travel = bounds.relative_travel(states[place].0, remaining);
+                quick_check(context, motion, pair, rule, [remaining, travel], is_near)
             }
         };
         let pairs = self.examined.par_iter().with_min_len(CONTACTS_PER_TASK);
         pairs.map(check).collect_into_vec(&mut self.quick_checks);
         // At rest the quick check settles most pairs, so the index is built only if needed.
-        let more = |(check, _): &(PairCheck, _)| !matches!(check, PairCheck::Touch(_));
+        let more =
+            |(check, _): &(QuickCheck, _)| matches!(check, QuickCheck::Now | QuickCheck::Within(_));
         if self.quick_checks.iter().any(more) {
             self.active_set.rebuild(contact, context.surface, motion);
         }
@@ -298,10 +248,11 @@ impl<const D: usize> TouchEvents<D> {
             index: &self.active_set,
             contact_points: contact,
         };
-        let touch = |(&(_, pair), &(check, _)): (&(usize, Pair), &(PairCheck, _))| match check {
-            PairCheck::Touch(touch) => touch,
-            PairCheck::Now => touch_at(closed, context, motion, pair, 0.0, now),
-            PairCheck::Within(span) => touch(closed, context, motion, pair, span, now),
+        let touch = |(&(_, pair), &(check, _)): (&(usize, Pair), &(QuickCheck, _))| match check {
+            QuickCheck::Closed => TouchState::Closed,
+            QuickCheck::Never => TouchState::Never,
+            QuickCheck::Now => touch_at(closed, context, motion, pair, 0.0, now),
+            QuickCheck::Within(span) => touch(closed, context, motion, pair, span, now),
         };
         let pairs = self
             .examined
@@ -333,75 +284,6 @@ impl<const D: usize> TouchEvents<D> {
             self.states.push(old.unwrap_or((number, TouchState::Never)));
         }
         self.states.extend(known);
-    }
-}
-
-/// Result of the quick check of an open pair.
-#[derive(Clone, Copy, Debug)]
-enum PairCheck {
-    /// Its state, settled.
-    Touch(TouchState),
-    /// It touches now.
-    Now,
-    /// It may touch within this many seconds.
-    Within(f64),
-}
-
-/// Checks an open pair quickly for the `remaining` seconds of a drift at constant velocities, in
-/// which its features move by at most `way` against each other, m. Returns also the distance of its
-/// features now, m, if the check has measured it.
-fn check_pair<const D: usize>(
-    context: &ContactContext<D>,
-    motion: ConstantMotion<D>,
-    pair: Pair,
-    rule: ClosureRule,
-    [remaining, way]: [f64; 2],
-) -> (PairCheck, Option<f64>) {
-    let (surface, resolution, at) = (context.surface, context.resolution, motion.at);
-    let never = PairCheck::Touch(TouchState::Never);
-    let apart = surface.distance(pair, at);
-    let end = at.after(motion.velocity, remaining);
-    if apart > resolution + way || !surface.may_touch_in_drift(pair, at, end) {
-        return (never, Some(apart));
-    }
-    let slack = GapAllowance {
-        within: IGNORED_PENETRATION * resolution,
-        depth: rule.depth() * resolution,
-    };
-    let check = if surface.stays_in_contact(pair, motion, remaining, slack) {
-        never
-    } else {
-        PairCheck::Within(remaining)
-    };
-    (check, Some(apart))
-}
-
-/// Checks a slow pair in the same way. At rest most pairs are slow, so the cheapest tests come
-/// first: the gap, then its rate. The distance is measured if the pair sinks in, and unless the pair
-/// `is_near`.
-fn check_slow_pair<const D: usize>(
-    context: &ContactContext<D>,
-    motion: ConstantMotion<D>,
-    pair: Pair,
-    rule: ClosureRule,
-    remaining: f64,
-    is_near: impl FnOnce() -> bool,
-) -> (PairCheck, Option<f64>) {
-    let (surface, resolution) = (context.surface, context.resolution);
-    // Parallel edges have no gap.
-    let gap = surface.gap(pair, motion.at, None);
-    let touching = gap.filter(|gap| *gap <= rule.waits_above() * resolution);
-    let sinks = touching.is_some_and(|gap| {
-        let rests_below = rule.resting_sink(gap / resolution) * resolution / remaining;
-        surface.sinks(pair, motion, resolution, rests_below)
-    });
-    let is_near = !sinks && (gap.is_some_and(|gap| gap.abs() <= resolution) || is_near());
-    let apart = (!is_near).then(|| surface.distance(pair, motion.at));
-    // The foot may be far beyond the end of a target in a re-entrant corner.
-    if sinks && apart.is_some_and(|apart| apart <= resolution) {
-        (PairCheck::Now, apart)
-    } else {
-        (PairCheck::Touch(TouchState::Never), apart)
     }
 }
 
@@ -496,41 +378,4 @@ fn owning_pair<'a, const D: usize>(
         return None;
     }
     select_feature_pair(surface, pair, [then, later], resolution, is_left)
-}
-
-/// Returns a bound of the speed at which nodes of the two features approach, m/s: the largest
-/// speeds of either feature's nodes relative to one node, added up.
-fn fastest<const D: usize>(surface: &dyn Surface<D>, motion: ConstantMotion<D>, pair: Pair) -> f64 {
-    let of = |node: &u32| &motion.velocity[*node as usize];
-    let (main, target) = (
-        surface.main_nodes(pair.main),
-        surface.target_nodes(pair.target),
-    );
-    let seen = |nodes: &[u32]| {
-        let speeds = nodes.iter().map(|node| norm(&sub(of(node), of(&main[0]))));
-        speeds.fold(0.0, f64::max)
-    };
-    seen(main) + seen(target)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_slow_pair_rests_unless_it_sinks() {
-        let depth = LEAST_DEPTH;
-        for (rule, gap, sink) in [
-            // It may come as deep as it may lie.
-            (ClosureRule::InKick, 0.0, depth),
-            (ClosureRule::InKick, -0.25 * depth, 0.75 * depth),
-            // Left to sink in before, it does so again.
-            (ClosureRule::InKick, -1e4 * depth, RESTING_SINK * depth),
-            // Too deep to be left.
-            (ClosureRule::InKick, -2.0 * IGNORED_PENETRATION, 0.0),
-            (ClosureRule::InDrift, -IGNORED_PENETRATION, 0.0),
-        ] {
-            assert_eq!(rule.resting_sink(gap), sink, "{rule:?} {gap:e}");
-        }
-    }
 }

@@ -10,8 +10,7 @@ use crate::contact::solver::dof_map::DofMap;
 use crate::contact::solver::inverse_mass_columns::{ColumnTerm, InverseMassColumns};
 use crate::contact::solver::simd_block::{BlockFactors, SimdBlock};
 use crate::contact::surface::ContactJacobian;
-use crate::contact::tolerances::{CONTACTS_PER_TASK, NEGLIGIBLE_MOBILITY};
-use crate::math::vector::dot;
+use crate::contact::tolerances::{CONTACTS_PER_TASK, SHORT_LEVER};
 use crate::model::inverse_mass::KickMobility;
 
 impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
@@ -151,7 +150,7 @@ impl<const D: usize, P: SimdBlock> WithSimd for RowAssembly<'_, D, P> {
             let (own_column_terms, rest_column_terms) =
                 column_terms.split_at_mut(column_term_count::<P>(own.len()));
             let jacobian = &self.constraints[point.number as usize].jacobian;
-            let unprescribed = fill_jacobian_terms(own, jacobian, self.mobility);
+            let levers = fill_jacobian_terms(own, jacobian, self.mobility);
             let seen = if P::BY_COLUMNS {
                 let moved = nodes_of(jacobian, self.mobility).filter(|(.., held)| !held);
                 for (column_term, (_, node, _)) in own_column_terms.iter_mut().zip(moved) {
@@ -162,37 +161,35 @@ impl<const D: usize, P: SimdBlock> WithSimd for RowAssembly<'_, D, P> {
                 respond(simd, own_responses, jacobian, self.mobility);
                 mobility_from_responses(own, own_responses)
             };
-            point.set_effective_mass(&seen, &unprescribed);
+            point.set_effective_mass(&seen, &levers);
             (jacobian_terms, responses, column_terms) = (rest, rest_responses, rest_column_terms);
         }
     }
 }
 
-/// Fills the Jacobian terms. Returns the inverse effective mass of each row if no node were
-/// prescribed, 1/kg, from lumped masses.
+/// Fills the Jacobian terms. Returns the squared lever of each row: the sum of the squared weights of
+/// the components that are not prescribed.
 #[inline(always)]
 fn fill_jacobian_terms<const D: usize>(
     jacobian_terms: &mut [JacobianTerm<D>],
     jacobian: &ContactJacobian<D>,
     mobility: KickMobility<D>,
 ) -> [f64; D] {
-    let mut unprescribed = [0.0; D];
-    let mut terms = jacobian_terms.iter_mut();
-    for (k, node, held) in nodes_of(jacobian, mobility) {
-        let rows = &jacobian.rows[k];
-        let inverse = 1.0 / mobility.inertia.mass()[node as usize];
+    let mut levers = [0.0; D];
+    let moved = nodes_of(jacobian, mobility).filter(|(.., held)| !held);
+    for ((k, node, _), term) in moved.zip(jacobian_terms) {
+        let prescribed = mobility.inertia.prescribed(node as usize);
         for r in 0..D {
-            unprescribed[r] += dot(&rows[r], &rows[r]) * inverse;
-        }
-        if !held && let Some(term) = terms.next() {
             for c in 0..D {
-                for r in 0..D {
-                    term.columns[c][r] = rows[r][c];
+                let weight = jacobian.rows[k][r][c];
+                term.columns[c][r] = weight;
+                if !prescribed[c] {
+                    levers[r] += weight * weight;
                 }
             }
         }
     }
-    unprescribed
+    levers
 }
 
 /// Returns the number of column terms for a number of Jacobian terms.
@@ -251,13 +248,13 @@ fn mobility_from_columns<const D: usize, P: SimdBlock>(
 
 impl<const D: usize> ContactRows<D> {
     /// Sets the effective masses, from the relative velocity in each row for a unit impulse in
-    /// each row, 1/kg.
+    /// each row, 1/kg, and the squared lever of each row.
     #[inline(always)]
-    fn set_effective_mass(&mut self, own: &[PaddedVector; D], unprescribed: &[f64; D]) {
+    fn set_effective_mass(&mut self, own: &[PaddedVector; D], levers: &[f64; D]) {
         self.by_normal = truncated(&own[0]);
-        // Nodes that are prescribed along the row cannot be pushed.
+        // Prescribed nodes cannot be pushed.
         let seen = |r: usize| {
-            if own[r][r] <= NEGLIGIBLE_MOBILITY * unprescribed[r] {
+            if levers[r] <= SHORT_LEVER {
                 0.0
             } else {
                 own[r][r]

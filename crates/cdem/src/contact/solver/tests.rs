@@ -3,7 +3,7 @@
 use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds, shear_norm};
 use crate::contact::solver::{Precision, Solver};
 use crate::contact::surface::ContactJacobian;
-use crate::contact::tolerances::{KICK_RESIDUAL, RESIDUAL};
+use crate::contact::tolerances::{KICK_RESIDUAL, RESIDUAL, SHORT_LEVER};
 use crate::model::inverse_mass::{InverseMass, KickMobility};
 
 /// All changes of velocity count.
@@ -395,6 +395,32 @@ fn what_is_held_may_change_between_solves() {
         assert_eq!(found, solve(&mut Solver::default(), &inertia), "{held:?}");
         if held == [true; 2] {
             assert_eq!(found.1[2], [0.2, 0.3], "held");
+        }
+    }
+}
+
+/// The first of two nodes of an edge is prescribed, wholly or along the normal. It moves against a
+/// wall. The contact point is at any distance from it.
+#[test]
+fn a_node_is_pushed_only_by_a_contact_that_moves_it() {
+    let short = SHORT_LEVER.sqrt();
+    for held in [[true; 2], [false, true]] {
+        let mut inertia = InverseMass::<2>::new(vec![1.0; 3], Vec::new());
+        inertia.set_prescribed(&[held, [false; 2], [true; 2]]);
+        for lever in [0.5, 0.1, 1.01 * short, 0.99 * short, 1e-3, 1e-6] {
+            let weights = [(0, 1.0 - lever), (1, lever), (2, -1.0)];
+            let mut constraints = vec![contact(&weights, 0.0)];
+            let mut velocity = vec![[0.0, -1.0], [0.0; 2], [0.0; 2]];
+            let mut system = Solver::default();
+            system.load(&constraints, mobility(&inertia, &[0, 0, 0]));
+            system.solve(&mut constraints, &mut velocity, EXACT);
+            let followed = if lever > short {
+                (1.0 - lever) / lever
+            } else {
+                0.0
+            };
+            let error = velocity[1][1] - followed;
+            assert!(error.abs() <= 1e-12, "{held:?}, {lever}: {velocity:?}");
         }
     }
 }
