@@ -39,8 +39,9 @@ pub(crate) fn expected_time(
     simulation: &mut Simulation,
     collision: Option<&CollisionOverview>,
 ) -> String {
-    let Some(sample) = Sample::of(simulation) else {
-        return "unknown: the run stops itself in its first steps".to_owned();
+    let sample = match Sample::of(simulation) {
+        Ok(sample) => sample,
+        Err(stop) => return format!("unknown: the run stops itself: {stop}"),
     };
     if sample.seconds.is_empty() {
         return "none: the run is over before its first step".to_owned();
@@ -72,18 +73,18 @@ struct Sample {
 }
 
 impl Sample {
-    /// Times the first steps; `None` if the run stops itself.
-    fn of(simulation: &mut Simulation) -> Option<Self> {
+    /// Times the first steps. Returns the reason if the run stops itself.
+    fn of(simulation: &mut Simulation) -> Result<Self, String> {
         let began = Instant::now();
         let mut sample = Self {
             seconds: Vec::new(),
         };
         while !simulation.finished() && !sample.is_enough(began.elapsed()) {
             let step = Instant::now();
-            simulation.step().ok()?;
+            simulation.step().map_err(|stop| stop.to_string())?;
             sample.seconds.push(step.elapsed().as_secs_f64());
         }
-        Some(sample)
+        Ok(sample)
     }
 
     /// True if the sample is long enough after `elapsed`: a touch makes a single step long.

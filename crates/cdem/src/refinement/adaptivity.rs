@@ -386,15 +386,20 @@ impl<const D: usize> Adaptivity<D> {
     fn warning(&self, limit: RefinementLimit, found: &LossyImpacts) -> String {
         let name = |block: u32| &self.base_model.mesh.blocks[block as usize].name;
         let [a, b] = found.blocks.map(name);
+        // An impact that goes on gets more energy than that of its approach.
+        let lost = if found.loss_fraction > 1.0 {
+            "more than the energy of their approach".to_owned()
+        } else {
+            format!("{} %", significant(100.0 * found.loss_fraction, 2))
+        };
         format!(
             "number of impacts that lost more than `energy_loss` = {} of their energy at first \
-             touches: {}; {} (first of them: \"{a}\" and \"{b}\" at t = {}, at {} m/s, lost {} %)",
+             touches: {}; {} (first of them: \"{a}\" and \"{b}\" at t = {}, at {} m/s, lost {lost})",
             short(self.energy_loss),
             found.count,
             self.reason(limit),
             quantity(found.approach.time, "s"),
-            significant(found.approach.speed, 3),
-            significant(100.0 * found.loss_fraction, 2)
+            significant(found.approach.speed, 3)
         )
     }
 

@@ -61,10 +61,10 @@ pub enum StepError {
     },
     /// Two blocks overlap deeper than contact allows.
     #[error(
-        "t = {time:e} s: block \"{}\" lies {depth:.3e} m deep in block \"{}\" at ({:.6}, {:.6}, \
+        "t = {} s: block \"{}\" lies {} deep in block \"{}\" at ({:.6}, {:.6}, \
          {:.6}); if no prescribed motion presses them together, a contact was missed: try a \
          smaller `time.step`, and report the scene as a defect",
-        blocks[0], blocks[1], at[0], at[1], at[2]
+        short(*time), blocks[0], quantity(*depth, "m"), blocks[1], at[0], at[1], at[2]
     )]
     #[allow(missing_docs)] // the message names them
     Penetration {

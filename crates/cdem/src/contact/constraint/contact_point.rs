@@ -9,7 +9,9 @@ use crate::contact::narrow_phase::feature_selection::are_one_contact;
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{Configuration, ContactJacobian, JacobianAnchor, Pair, Surface};
 use crate::contact::timing::KickSpan;
-use crate::contact::tolerances::{CCD_SAMPLES, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR};
+use crate::contact::tolerances::{
+    CCD_SAMPLES, CORRECTED_GAP_ERROR, FOOT_ROUND_OFF, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR,
+};
 use crate::math::serde_pod;
 use crate::math::vector::{add_scaled, dot, norm, sub};
 
@@ -27,8 +29,8 @@ pub(crate) struct ContactPoint<const D: usize> {
     /// between two edges, which their positions leave open.
     #[serde(with = "serde_pod")]
     pub(crate) normal: [f64; D],
-    /// Offset from the anchored point that the constraint keeps, in the frame, m: the offset at
-    /// the start of the contact, for example a gap within the contact tolerance at t = 0.
+    /// Offset from the foot in the frame, m, at the start of the contact: for example a gap within
+    /// the contact tolerance at t = 0. The constraint keeps the gap, and in a joint the tangents.
     #[serde(with = "serde_pod")]
     pub(crate) offset: [f64; D],
     /// Gap that does not count as penetration, m: below 0 where blocks overlap at t = 0
@@ -321,7 +323,7 @@ impl<const D: usize> ContactPoint<D> {
     /// ∇g(x_n), with g the deviation from the offset beyond [`GAP_DEAD_BAND`], for the gap and, in
     /// a joint, for the tangents. A contact that is open and carried no normal impulse only keeps
     /// g ≥ 0. Friction has no memory: what a solve leaves of a slip is a slip, see
-    /// [`Self::has_left_anchor`].
+    /// [`Self::has_crept`].
     fn set_target(&self, constraint: &mut Constraint<D>, context: &ContactContext<D>, drift: f64) {
         let (jacobian, target) = (&constraint.jacobian, &mut constraint.target);
         *target = [0.0; D];
@@ -339,9 +341,36 @@ impl<const D: usize> ContactPoint<D> {
     /// True if a contact that sticks has come off its material point by more than [`GAP_ERROR`], by
     /// the slips that solves have left. A correction of such slips would work against friction, which
     /// has already been booked: a wall without damping gained 5e-4 of its strain energy in a second.
-    pub(crate) fn has_left_anchor(&self, jacobian: &ContactJacobian<D>, resolution: f64) -> bool {
+    pub(crate) fn has_crept(&self, jacobian: &ContactJacobian<D>, resolution: f64) -> bool {
         let slip = sub(&jacobian.offset, &self.offset);
         self.is_sticking && !self.is_joint && shear_norm(&slip) > GAP_ERROR * resolution
+    }
+
+    /// Binds a contact that has crept to the point under it, or keeps its foot at an end of the
+    /// target.
+    pub(crate) fn follow_creep(
+        &mut self,
+        surface: &dyn Surface<D>,
+        at: Configuration<D>,
+        jacobian: &ContactJacobian<D>,
+    ) {
+        self.history.slip += shear_norm(&sub(&jacobian.offset, &self.offset));
+        self.offset[1..].copy_from_slice(&jacobian.offset[1..]);
+        let projection = surface.project(self.pair, at);
+        let size = surface.target_size(self.pair.target, at);
+        if projection.outside <= FOOT_ROUND_OFF * size {
+            self.foot = projection.foot;
+            self.offset[1..].fill(0.0);
+        }
+    }
+
+    /// Returns the gap error to correct at once in a drift that would end with this `gap`, m: the error
+    /// at its end, but at most its change or [`CORRECTED_GAP_ERROR`]. The rest is from before, and
+    /// [`GAP_CORRECTION`] takes it away slowly.
+    pub(crate) fn gap_error(&self, solved: &Constraint<D>, gap: f64, resolution: f64) -> f64 {
+        let [before, after] = [solved.jacobian.offset[0], gap].map(|gap| gap - self.offset[0]);
+        let most = f64::max((after - before).abs(), CORRECTED_GAP_ERROR * resolution);
+        after.clamp(-most, most)
     }
 
     /// Records the impulse of a kick of `interval` seconds, N·s.

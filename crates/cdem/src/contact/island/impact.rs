@@ -221,7 +221,7 @@ impl<const D: usize> Island<D> {
         let mut too_far = false;
         for (contact, constraint) in self.contact_points.iter().zip(constraints) {
             let projection = context.surface.project(contact.pair, then.into());
-            let miss = projection.gap - contact.offset[0];
+            let miss = contact.gap_error(constraint, projection.gap, context.resolution);
             if miss < -GAP_ERROR * context.resolution && projection.outside <= context.resolution {
                 let within = if contact.is_new {
                     remaining

@@ -186,8 +186,8 @@ impl<const D: usize> Island<D> {
                 energies.overtravel_count += u64::from(slip > size);
             } else if !contact.is_sticking {
                 contact.stick();
-            } else if contact.has_left_anchor(jacobian, context.resolution) {
-                contact.slide();
+            } else if contact.has_crept(jacobian, context.resolution) {
+                contact.follow_creep(context.surface, motion.positions(), jacobian);
             }
         }
     }
@@ -451,7 +451,7 @@ impl<const D: usize> Island<D> {
         let gap_error = |(contact, constraint): (&ContactPoint<D>, &Constraint<D>)| {
             // Edges that have become parallel have no gap.
             let gap = surface.gap(contact.pair, then, Some(&constraint.jacobian.frame[0]));
-            let gap_error = gap.map_or(0.0, |gap| gap - contact.offset[0]);
+            let gap_error = gap.map_or(0.0, |gap| contact.gap_error(constraint, gap, resolution));
             let sinks = || {
                 gap_error < -GAP_ERROR * resolution
                     && surface.project(contact.pair, then).outside <= resolution

@@ -56,10 +56,10 @@ pub(super) struct ContactRows<const D: usize> {
     pub(super) responses: Range<usize>,
     /// Relative velocity in each row for a unit normal impulse, 1/kg.
     pub(super) by_normal: [f64; D],
-    /// Inverse effective mass of the normal and of the tangents, 1/kg; 0 where the nodes are
-    /// prescribed. One value for all tangents keeps the friction disc a disc.
+    /// Inverse effective mass of the normal and of the tangents, 1/kg; 0 where the lever is short.
+    /// One value for all tangents keeps the friction disc a disc.
     pub(super) inverse_effective_mass: [f64; 2],
-    /// Effective mass of each row, kg; 0 where the nodes are prescribed along it.
+    /// Effective mass of each row, kg; 0 where its lever is short.
     pub(super) effective_mass: [f64; D],
     pub(super) target: [f64; D],
     pub(super) bounds: FrictionBounds,

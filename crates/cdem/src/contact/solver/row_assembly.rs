@@ -10,7 +10,7 @@ use crate::contact::solver::dof_map::DofMap;
 use crate::contact::solver::inverse_mass_columns::{ColumnTerm, InverseMassColumns};
 use crate::contact::solver::simd_block::{BlockFactors, SimdBlock};
 use crate::contact::surface::ContactJacobian;
-use crate::contact::tolerances::{CONTACTS_PER_TASK, SHORT_LEVER};
+use crate::contact::tolerances::{CONTACTS_PER_TASK, SHORT_LEVER_SQUARED};
 use crate::model::inverse_mass::KickMobility;
 
 impl<const D: usize, P: SimdBlock> ConstraintRows<D, P> {
@@ -150,7 +150,7 @@ impl<const D: usize, P: SimdBlock> WithSimd for RowAssembly<'_, D, P> {
             let (own_column_terms, rest_column_terms) =
                 column_terms.split_at_mut(column_term_count::<P>(own.len()));
             let jacobian = &self.constraints[point.number as usize].jacobian;
-            let levers = fill_jacobian_terms(own, jacobian, self.mobility);
+            let squared_levers = fill_jacobian_terms(own, jacobian, self.mobility);
             let seen = if P::BY_COLUMNS {
                 let moved = nodes_of(jacobian, self.mobility).filter(|(.., held)| !held);
                 for (column_term, (_, node, _)) in own_column_terms.iter_mut().zip(moved) {
@@ -161,7 +161,7 @@ impl<const D: usize, P: SimdBlock> WithSimd for RowAssembly<'_, D, P> {
                 respond(simd, own_responses, jacobian, self.mobility);
                 mobility_from_responses(own, own_responses)
             };
-            point.set_effective_mass(&seen, &levers);
+            point.set_effective_mass(&seen, &squared_levers);
             (jacobian_terms, responses, column_terms) = (rest, rest_responses, rest_column_terms);
         }
     }
@@ -175,7 +175,7 @@ fn fill_jacobian_terms<const D: usize>(
     jacobian: &ContactJacobian<D>,
     mobility: KickMobility<D>,
 ) -> [f64; D] {
-    let mut levers = [0.0; D];
+    let mut squared_levers = [0.0; D];
     let moved = nodes_of(jacobian, mobility).filter(|(.., held)| !held);
     for ((k, node, _), term) in moved.zip(jacobian_terms) {
         let prescribed = mobility.inertia.prescribed(node as usize);
@@ -184,12 +184,12 @@ fn fill_jacobian_terms<const D: usize>(
                 let weight = jacobian.rows[k][r][c];
                 term.columns[c][r] = weight;
                 if !prescribed[c] {
-                    levers[r] += weight * weight;
+                    squared_levers[r] += weight * weight;
                 }
             }
         }
     }
-    levers
+    squared_levers
 }
 
 /// Returns the number of column terms for a number of Jacobian terms.
@@ -250,11 +250,11 @@ impl<const D: usize> ContactRows<D> {
     /// Sets the effective masses, from the relative velocity in each row for a unit impulse in
     /// each row, 1/kg, and the squared lever of each row.
     #[inline(always)]
-    fn set_effective_mass(&mut self, own: &[PaddedVector; D], levers: &[f64; D]) {
+    fn set_effective_mass(&mut self, own: &[PaddedVector; D], squared_levers: &[f64; D]) {
         self.by_normal = truncated(&own[0]);
-        // Prescribed nodes cannot be pushed.
+        // A row with a short lever belongs to prescribed nodes.
         let seen = |r: usize| {
-            if levers[r] <= SHORT_LEVER {
+            if squared_levers[r] <= SHORT_LEVER_SQUARED {
                 0.0
             } else {
                 own[r][r]
