@@ -302,7 +302,8 @@ pub(crate) const EXACT_SWEEPS: u32 = 32;
 /// Residual at which the solve of a kick is done after [`EXACT_SWEEPS`], dimensionless. The next
 /// kick begins with these impulses. What a solve must leave is less than 1/(1 +
 /// [`GAP_CORRECTION`]) of an error in each mode. Sweeps there and back do; the steps of conjugate
-/// gradients between them are covered by runs without damping alone, whose energy does not grow.
+/// gradients between them are covered by runs without damping alone, whose energy rises by less than
+/// a 1e-4th of the strain energy.
 pub(crate) const KICK_RESIDUAL: f64 = 1e-3;
 
 /// Residual at which the solve of an impact is done after [`EXACT_SWEEPS`], dimensionless. The

@@ -109,9 +109,8 @@ fn check_pair<const D: usize>(
     (check, Some(apart))
 }
 
-/// Checks a slow pair. At rest most pairs are slow, so the cheapest tests come
-/// first: the gap, then its rate. The distance is measured if the pair sinks in, and unless the pair
-/// `is_near`.
+/// Checks a slow pair. At rest most pairs are slow, so the cheapest tests come first: the gap, then
+/// its rate. The distance is measured if the pair sinks in, and unless the pair `is_near`.
 fn check_slow_pair<const D: usize>(
     context: &ContactContext<D>,
     motion: ConstantMotion<D>,

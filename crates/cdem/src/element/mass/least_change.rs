@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Fraction of the largest eigenvalue below which the nodes cannot represent a moment: some hundred
-/// times the round-off of a sum over thousands of nodes.
+/// Fraction of the largest eigenvalue below which the nodes cannot represent a moment: some
+/// four hundred machine epsilons.
 const RANK: f64 = 1e-13;
 
 /// Error of a moment that is round-off once Newton steps no longer halve it, over the mass. The
