@@ -7,6 +7,7 @@ mod bars;
 mod boxed;
 mod cost;
 mod flicker;
+mod gaps;
 mod halvings;
 mod held;
 mod impact;

@@ -75,15 +75,16 @@ pub(crate) fn solid_surface(
 }
 
 impl<const D: usize> Contacts<D> {
-    /// Creates the contact between the blocks of `mesh`.
+    /// Creates the contact between the blocks of `mesh`, for coarse steps of this duration, s.
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh<D>,
         surface: Box<dyn Surface<D>>,
         lengths: ContactLengths,
+        coarse_step: f64,
     ) -> Self {
         Self {
-            model_data: ContactModelData::new(scene, mesh, surface, lengths),
+            model_data: ContactModelData::new(scene, mesh, surface, lengths, coarse_step),
             workspace: ContactWorkspace {
                 islands_outdated: true,
                 ..ContactWorkspace::new(mesh.nodes.len(), &[])
@@ -118,18 +119,12 @@ impl<const D: usize> Contacts<D> {
 
     /// Finds the near pairs of a coarse step, before it. Returns true if the set of nodes
     /// that must share a time level has changed.
-    pub(crate) fn find(
-        &mut self,
-        at: Configuration<D>,
-        speeds: &[f64],
-        step: f64,
-        number: u64,
-    ) -> bool {
+    pub(crate) fn find(&mut self, at: Configuration<D>, speeds: &[f64], number: u64) -> bool {
         let blocks = self.model_data.search_context();
         let may_meet = |blocks| self.model_data.may_touch(blocks);
         let speeds = StepSpeeds {
             bounds: speeds,
-            step,
+            step: self.model_data.coarse_step,
         };
         let ContactWorkspace { search, lists, .. } = &mut self.workspace;
         self.state.search_overrun |= search.track(&blocks, at, &self.state.near_pairs, &may_meet);
@@ -270,7 +265,8 @@ impl<const D: usize> Contacts<D> {
     }
 
     /// Ends a coarse step: updates the peak normal forces, which are means over the step.
-    pub(crate) fn end_step(&mut self, step: f64) {
+    pub(crate) fn end_step(&mut self) {
+        let step = self.model_data.coarse_step;
         for history in &mut self.state.ended[self.state.ended_before..] {
             history.end_step(step);
         }

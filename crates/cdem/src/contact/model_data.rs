@@ -37,6 +37,8 @@ pub(super) struct ContactModelData<const D: usize> {
     /// The [`ContactLengths`], m. The resolution is no less than any overlap at t = 0.
     pub(super) tolerance: f64,
     pub(super) resolution: f64,
+    /// Coarse step, s.
+    pub(super) coarse_step: f64,
     /// Distance, m, below which the separation bounds leave out no open pair in a drift: the
     /// contact resolution, or more where a test wants all pairs examined.
     pub(super) examined_distance: f64,
@@ -47,7 +49,7 @@ pub(super) struct ContactModelData<const D: usize> {
 }
 
 impl<const D: usize> ContactModelData<D> {
-    /// Returns the data of the blocks of `mesh`.
+    /// Returns the data of the blocks of `mesh`, for coarse steps of this duration, s.
     pub(super) fn new(
         scene: &Scene,
         mesh: &Mesh<D>,
@@ -56,6 +58,7 @@ impl<const D: usize> ContactModelData<D> {
             tolerance,
             resolution,
         }: ContactLengths,
+        coarse_step: f64,
     ) -> Self {
         let block_of = block_of(mesh);
         let blocks = mesh.blocks.iter();
@@ -72,6 +75,7 @@ impl<const D: usize> ContactModelData<D> {
                 .collect(),
             tolerance,
             resolution,
+            coarse_step,
             examined_distance: resolution,
             fixed: blocks
                 .map(|block| scene.block[block.source].fixed)
@@ -142,6 +146,7 @@ impl<const D: usize> ContactModelData<D> {
             inertia,
             damping: &self.damping,
             resolution: self.resolution,
+            coarse_step: self.coarse_step,
             initial_overlaps: &self.initial_overlaps,
             halvings: &self.halvings,
         }

@@ -274,14 +274,18 @@ impl<const D: usize> ContactRemap<'_, D> {
             let point = self.before.point(contact.pair, old.at);
             return Err(LostContact { contact, point });
         };
-        let frames = [
-            contact.jacobian(self.before, old.at).frame,
-            self.after.jacobian(pair, &foot, new.at).frame,
+        let both = [
+            contact.jacobian(self.before, old.at),
+            self.after.jacobian(pair, &foot, new.at),
         ];
+        let frames = both.map(|jacobian| jacobian.frame);
         for vector in contact.frame_vectors() {
             *vector = rotate_tangents(vector, &frames);
         }
         contact.offset = rotate_tangents(&contact.offset, &frames);
+        // The new surface lies elsewhere by a little. To move the blocks back would work against
+        // their pressure: a wall of 14 stones gained 3 % of its energy.
+        contact.offset[0] += both[1].offset[0] - both[0].offset[0];
         if blocks.iter().any(|&block| changed[block as usize]) {
             contact.foot = foot;
         }

@@ -53,7 +53,7 @@ impl<const D: usize> Model<D> {
         let lengths = contact_lengths(scene, &mesh)?;
         let mut contacts = (mesh.blocks.len() > 1)
             .then(|| (space.surface)(&mesh, thickness, lengths.resolution))
-            .map(|surface| Contacts::new(scene, &mesh, surface, lengths));
+            .map(|surface| Contacts::new(scene, &mesh, surface, lengths, step));
         let adaptivity = is_refined.then(|| {
             let levels = BaseLevels {
                 level: base_level.clone(),

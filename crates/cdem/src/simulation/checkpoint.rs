@@ -10,6 +10,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use crate::scene::Scene;
+use crate::simulation::energy_gain::EnergyGain;
 use crate::simulation::observe::SynchronisedInstant;
 use crate::simulation::validity::{ExchangedEnergy, ValidityGuard};
 use crate::step::Run;
@@ -28,6 +29,7 @@ pub(crate) struct ReportState {
     /// Kinetic plus strain energy at t = 0, J.
     pub(crate) start_energy: f64,
     pub(crate) exchange: ExchangedEnergy,
+    pub(crate) gain: EnergyGain,
     /// Time of the last request for block rows, s.
     pub(crate) last_block_rows: f64,
     pub(crate) validity: ValidityGuard,
@@ -47,6 +49,7 @@ impl ReportState {
         Self {
             start_energy,
             exchange: ExchangedEnergy::new(run, scene, start_energy),
+            gain: EnergyGain::default(),
             last_block_rows: 0.0,
             validity: ValidityGuard::new(run, scene),
             at_rest_since: stop_when.and_then(|stop_when| stop_when.at_rest_since(run, None)),

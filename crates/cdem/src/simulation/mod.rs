@@ -3,6 +3,7 @@
 pub(crate) mod build;
 pub(crate) mod checkpoint;
 pub(crate) mod edit;
+pub(crate) mod energy_gain;
 pub(crate) mod observe;
 pub mod output;
 pub(crate) mod overview;

@@ -128,6 +128,7 @@ impl<const D: usize> TypedSimulation<D> {
         self.report
             .exchange
             .count(ledger.external_work, ledger.gravity_work);
+        self.report.gain.track(&self.run);
         self.report.validity.check_motion(&self.run)?;
         self.report.validity.check_overlap(&mut self.run)?;
         let number = self.run.state.number;
@@ -167,6 +168,7 @@ impl<const D: usize> TypedSimulation<D> {
             &self.report.exchange,
             watch_energy,
         ));
+        warnings.extend(self.report.gain.warning(&self.report.exchange));
         warnings
     }
 }

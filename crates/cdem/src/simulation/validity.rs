@@ -174,7 +174,7 @@ impl ExchangedEnergy {
     }
 
     /// Returns the reference of residuals, J.
-    fn scale(&self) -> f64 {
+    pub(crate) fn scale(&self) -> f64 {
         self.maximum.max(self.round_off)
     }
 }

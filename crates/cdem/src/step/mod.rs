@@ -131,7 +131,7 @@ impl<const D: usize> Run<D> {
             if let Some(adaptivity) = &mut self.adaptivity {
                 adaptivity.record_losses(contacts.step_losses());
             }
-            contacts.end_step(self.model.step);
+            contacts.end_step();
         }
         // The next step is prepared now, so that a report between two steps sees the state as the
         // next step will.
@@ -197,9 +197,9 @@ impl<const D: usize> Run<D> {
         }
         let speeds = self.workspace.speed_bounds.speeds();
         let at = self.model.positions(&self.state);
-        let (step, number) = (self.model.step, self.state.number);
+        let number = self.state.number;
         let contacts = self.contacts.as_mut();
-        let join = contacts.is_some_and(|contacts| contacts.find(at.into(), speeds, step, number));
+        let join = contacts.is_some_and(|contacts| contacts.find(at.into(), speeds, number));
         self.watch.lap(Stage::Search);
         join
     }

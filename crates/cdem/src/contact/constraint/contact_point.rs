@@ -10,7 +10,7 @@ use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{Configuration, ContactJacobian, JacobianAnchor, Pair, Surface};
 use crate::contact::timing::KickSpan;
 use crate::contact::tolerances::{
-    CCD_SAMPLES, CORRECTED_GAP_ERROR, FOOT_ROUND_OFF, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR,
+    CCD_SAMPLES, FOOT_ROUND_OFF, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR,
 };
 use crate::math::serde_pod;
 use crate::math::vector::{add_scaled, dot, norm, sub};
@@ -50,6 +50,9 @@ pub(crate) struct ContactPoint<const D: usize> {
     /// first.
     #[serde(with = "serde_pod")]
     pub(crate) force: [f64; D],
+    /// Acceleration of the gap at constant velocities of its nodes, m/s², in the last kick: points
+    /// slide, and faces turn. 0 if that kick had no impulse.
+    pub(crate) bias_acceleration: f64,
     /// Penalty model: elongation of the shear springs, m.
     #[serde(with = "serde_pod")]
     pub(crate) shear_spring: [f64; D],
@@ -311,6 +314,7 @@ impl<const D: usize> ContactPoint<D> {
         KickSpan { interval, drift }: KickSpan,
     ) {
         self.set_target(constraint, context, drift);
+        constraint.target[0] -= self.gap_bias(drift) / drift;
         constraint.bounds = self.friction_bounds(interval);
         // No extrapolation: solves that leave more than half of an error would feed energy.
         constraint.impulse = self.force.map(|force| force * interval);
@@ -319,21 +323,23 @@ impl<const D: usize> ContactPoint<D> {
     }
 
     /// Sets the target of a constraint whose Jacobian is assembled. It keeps the pair together
-    /// over a drift of `drift` seconds: g(x_{n+1}) = (1 - [`GAP_CORRECTION`]) g(x_n) along
-    /// ∇g(x_n), with g the deviation from the offset beyond [`GAP_DEAD_BAND`], for the gap and, in
-    /// a joint, for the tangents. A contact that is open and carried no normal impulse only keeps
-    /// g ≥ 0. Friction has no memory: what a solve leaves of a slip is a slip, see
-    /// [`Self::has_crept`].
+    /// over a drift of `drift` seconds, and takes [`GAP_CORRECTION`] of g away in a coarse step,
+    /// with g the deviation from the offset beyond [`GAP_DEAD_BAND`], for the gap and, in a joint,
+    /// for the tangents. A contact that is open and carried no normal impulse, or is open by
+    /// [`GAP_ERROR`], only keeps g ≥ 0.
+    /// Friction has no memory: what a solve leaves of a slip is a slip, see [`Self::has_crept`].
     fn set_target(&self, constraint: &mut Constraint<D>, context: &ContactContext<D>, drift: f64) {
         let (jacobian, target) = (&constraint.jacobian, &mut constraint.target);
         *target = [0.0; D];
         let right = GAP_DEAD_BAND * context.resolution;
         for r in 0..if self.is_joint { D } else { 1 } {
             let wrong = self.offset[r] - jacobian.offset[r];
-            target[r] = GAP_CORRECTION * (wrong - wrong.clamp(-right, right)) / drift;
+            target[r] = GAP_CORRECTION * (wrong - wrong.clamp(-right, right)) / context.coarse_step;
         }
         let apart = jacobian.offset[0] - self.offset[0];
-        if apart > 0.0 && self.impulse[0] == 0.0 {
+        let is_near = self.is_joint || apart < GAP_ERROR * context.resolution;
+        let is_held = self.impulse[0] != 0.0 && is_near;
+        if apart > 0.0 && !is_held {
             target[0] = -apart / drift;
         }
     }
@@ -364,13 +370,23 @@ impl<const D: usize> ContactPoint<D> {
         }
     }
 
-    /// Returns the gap error to correct at once in a drift that would end with this `gap`, m: the error
-    /// at its end, but at most its change or [`CORRECTED_GAP_ERROR`]. The rest is from before, and
-    /// [`GAP_CORRECTION`] takes it away slowly.
-    pub(crate) fn gap_error(&self, solved: &Constraint<D>, gap: f64, resolution: f64) -> f64 {
-        let [before, after] = [solved.jacobian.offset[0], gap].map(|gap| gap - self.offset[0]);
-        let most = f64::max((after - before).abs(), CORRECTED_GAP_ERROR * resolution);
-        after.clamp(-most, most)
+    /// Returns the change of the gap in a drift that its velocity at the start does not give, m,
+    /// from the [bias acceleration](Self::bias_acceleration). As SHAKE does, the constraint
+    /// allows for it: without that, gaps shrink at each step, and what opens them again works
+    /// against the pressure.
+    pub(crate) fn gap_bias(&self, drift: f64) -> f64 {
+        0.5 * self.bias_acceleration * drift * drift
+    }
+
+    /// Records the bias of the gap in a drift, m, for the next kick. A bias from [`GAP_ERROR`] on is
+    /// not predicted: edges that are almost parallel change it at each step.
+    pub(crate) fn record_bias(&mut self, bias: f64, drift: f64, resolution: f64) {
+        let is_small = bias.abs() < GAP_ERROR * resolution;
+        self.bias_acceleration = if is_small {
+            2.0 * bias / (drift * drift)
+        } else {
+            0.0
+        };
     }
 
     /// Records the impulse of a kick of `interval` seconds, N·s.

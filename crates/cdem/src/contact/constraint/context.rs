@@ -17,6 +17,8 @@ pub(crate) struct ContactContext<'a, const D: usize> {
     pub(crate) damping: &'a [f64],
     /// Contact resolution, m: points of boundaries no farther apart are not told apart.
     pub(crate) resolution: f64,
+    /// Coarse step, s.
+    pub(crate) coarse_step: f64,
     /// Overlaps of the blocks at t = 0.
     pub(crate) initial_overlaps: &'a InitialOverlaps,
     /// The number of halvings of the elements at each node.

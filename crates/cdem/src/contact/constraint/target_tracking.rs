@@ -2,7 +2,7 @@
 
 use crate::contact::constraint::contact_point::{ContactPoint, rotate_tangents};
 use crate::contact::constraint::context::ContactContext;
-use crate::contact::surface::{Configuration, Pair, Surface};
+use crate::contact::surface::{Configuration, Pair, Projection, Surface};
 use crate::contact::tolerances::FOOT_ROUND_OFF;
 
 impl<const D: usize> ContactPoint<D> {
@@ -17,33 +17,48 @@ impl<const D: usize> ContactPoint<D> {
         at: Configuration<D>,
         taken: impl Fn(Pair) -> bool,
     ) -> bool {
-        let (surface, resolution) = (context.surface, context.resolution);
         if self.is_sticking {
             return true;
         }
-        let mut projection = surface.project(self.pair, at);
-        let size = surface.target_size(self.pair.target, at);
+        let Some((pair, projection)) = self.pair_at(context, at, taken) else {
+            return false;
+        };
+        if pair != self.pair {
+            self.rotate_frame(context.surface, pair, at);
+        }
+        self.foot = projection.clamped_foot();
+        true
+    }
+
+    /// Returns the pair that a sliding contact is at these positions, and its projection; `None` if
+    /// the point has left the surface.
+    pub(crate) fn pair_at(
+        &self,
+        context: &ContactContext<D>,
+        at: Configuration<D>,
+        taken: impl Fn(Pair) -> bool,
+    ) -> Option<(Pair, Projection)> {
+        let (surface, resolution) = (context.surface, context.resolution);
+        let mut pair = self.pair;
+        let mut projection = surface.project(pair, at);
+        let size = surface.target_size(pair.target, at);
         while projection.outside > FOOT_ROUND_OFF * size {
-            let next = surface.neighbour(self.pair, &projection.foot, at);
+            let next = surface.neighbour(pair, &projection.foot, at);
             // In a re-entrant corner each side keeps its own contact.
             let is_free =
-                |next: &Pair| !(taken(*next) && surface.is_reentrant_pair(self.pair, *next, at));
+                |next: &Pair| !(taken(*next) && surface.is_reentrant_pair(pair, *next, at));
             let Some(next) = next.filter(is_free) else {
-                if projection.outside > resolution {
-                    return false;
-                }
-                break;
+                return (projection.outside <= resolution).then_some((pair, projection));
             };
             let before = projection.outside;
             projection = surface.project(next, at);
-            self.rotate_frame(surface, next, at);
+            pair = next;
             // Deep in a re-entrant edge, the point lies outside the faces on both sides.
             if projection.outside >= before {
                 break;
             }
         }
-        self.foot = projection.clamped_foot();
-        true
+        Some((pair, projection))
     }
 
     /// Continues the contact as another pair. Rotates the vectors in its frame.

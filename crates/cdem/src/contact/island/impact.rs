@@ -31,6 +31,9 @@ struct ImpactSolve<const D: usize> {
     precision: f64,
     /// Duration of the drift, s.
     duration: f64,
+    /// For each contact: the [bias of its gap](crate::contact::surface::ContactJacobian::gap_bias) in the rest of the
+    /// drift that its target allows for, m.
+    allowed_biases: Vec<f64>,
 }
 
 /// Impulses of the bodies on their nodes, N·s, and the factor with which they act.
@@ -93,7 +96,7 @@ impl<const D: usize> Island<D> {
             self.solve_for(&mut impact, context, motion, of_bodies, energies);
         }
         for _ in 0..MOST_REPEATED_SOLVES {
-            if !self.correct_targets(context, motion, &mut impact.constraints, event.now) {
+            if !self.correct_targets(context, motion, &mut impact, event.now) {
                 break;
             }
             self.solve_for(&mut impact, context, motion, of_bodies, energies);
@@ -200,6 +203,7 @@ impl<const D: usize> Island<D> {
             start: self.reached_nodes(&constraints, motion),
             precision: self.precision(context, motion.positions().into(), duration),
             duration,
+            allowed_biases: vec![0.0; constraints.len()],
             constraints,
         }
     }
@@ -210,18 +214,21 @@ impl<const D: usize> Island<D> {
     /// correction here is at most twice the velocity that the whole drift would need, however
     /// little time is left.
     fn correct_targets(
-        &self,
+        &mut self,
         context: &ContactContext<D>,
         motion: &NodalMotion<D>,
-        constraints: &mut [Constraint<D>],
+        impact: &mut ImpactSolve<D>,
         now: DriftProgress,
     ) -> bool {
         let remaining = now.remaining();
         let then = motion.positions().after(motion.velocity, remaining);
         let mut too_far = false;
-        for (contact, constraint) in self.contact_points.iter().zip(constraints) {
+        let pairs = self.contact_points.iter_mut().zip(&mut impact.constraints);
+        for ((contact, constraint), allowed) in pairs.zip(&mut impact.allowed_biases) {
             let projection = context.surface.project(contact.pair, then.into());
-            let miss = contact.gap_error(constraint, projection.gap, context.resolution);
+            let jacobian = &constraint.jacobian;
+            let bias = jacobian.gap_bias(projection.gap, motion.velocity, remaining);
+            let miss = bias - *allowed;
             if miss < -GAP_ERROR * context.resolution && projection.outside <= context.resolution {
                 let within = if contact.is_new {
                     remaining
@@ -229,7 +236,12 @@ impl<const D: usize> Island<D> {
                     remaining.max(0.5 * now.duration)
                 };
                 constraint.target[0] -= miss / within;
+                *allowed = bias;
                 too_far = true;
+            }
+            // Shorter drifts hold too much round-off.
+            if contact.is_new && remaining > 0.5 * now.duration {
+                contact.record_bias(bias, remaining, context.resolution);
             }
         }
         too_far

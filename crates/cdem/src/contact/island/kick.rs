@@ -43,15 +43,14 @@ pub(crate) struct KickWorkspace<const D: usize> {
     /// The number of constraints that are set, from the first on.
     constraint_count: usize,
     precision: Precision,
-    /// Sum of the gap errors that the targets have been corrected for, m; and the errors after
-    /// the last solve.
-    corrected_gap_errors: Vec<f64>,
-    gap_errors: Vec<f64>,
-    /// The number of corrections so far.
+    /// For each contact: the [bias of its gap](crate::contact::surface::ContactJacobian::gap_bias) in the drift, m, that
+    /// its target allows for; and that of the velocities of the last solve.
+    allowed_biases: Vec<f64>,
+    gap_biases: Vec<f64>,
+    /// The number of corrections of the targets so far.
     correction_count: usize,
-    /// Pairs of the contacts before tracking, sorted. For each contact: true if it has changed its
-    /// pair.
-    pairs_before: Vec<Pair>,
+    /// Pairs of the contacts, sorted. For each contact: true if tracking has changed its pair.
+    pairs: Vec<Pair>,
     changed_pair: Vec<bool>,
     /// Nodes that the contacts move, sorted, with their velocities before and after, m/s.
     nodes: Vec<u32>,
@@ -75,9 +74,17 @@ impl<const D: usize> KickWorkspace<D> {
         self.precision = precision;
         self.constraints.resize_with(contacts, Constraint::default);
         self.constraint_count = 0;
-        self.corrected_gap_errors.clear();
+        self.allowed_biases.clear();
         self.correction_count = 0;
         self.start(&[], &[]);
+    }
+
+    /// Lists the pairs of the contacts.
+    fn list_pairs(&mut self, contacts: &[ContactPoint<D>]) {
+        self.pairs.clear();
+        self.pairs
+            .extend(contacts.iter().map(|contact| contact.pair));
+        self.pairs.sort_unstable();
     }
 
     /// Returns the solved constraints.
@@ -167,8 +174,10 @@ impl<const D: usize> Island<D> {
         let (constraints, energies) = (&workspace.constraints, &mut workspace.energies);
         let KickSpan { interval, drift } = kick.span;
         let least = context.least_speed(drift);
-        for (contact, constraint) in self.contact_points.iter_mut().zip(constraints) {
+        let solved = constraints.iter().zip(&workspace.gap_biases);
+        for (contact, (constraint, bias)) in self.contact_points.iter_mut().zip(solved) {
             let jacobian = &constraint.jacobian;
+            contact.record_bias(*bias, drift, context.resolution);
             let [old, new] =
                 [kick.before, motion.velocity].map(|v| jacobian.relative_velocities(v));
             contact.history.step_loss +=
@@ -227,6 +236,7 @@ impl<const D: usize> Island<D> {
         at: Configuration<D>,
         workspace: &mut KickWorkspace<D>,
     ) {
+        workspace.list_pairs(&self.contact_points);
         if self
             .contact_points
             .iter()
@@ -235,14 +245,11 @@ impl<const D: usize> Island<D> {
             return;
         }
         let KickWorkspace {
-            pairs_before: pairs,
+            pairs,
             changed_pair,
             ended,
             ..
         } = workspace;
-        pairs.clear();
-        pairs.extend(self.contact_points.iter().map(|contact| contact.pair));
-        pairs.sort_unstable();
         let taken = |pair: Pair| pairs.binary_search(&pair).is_ok();
         changed_pair.clear();
         self.contact_points.retain_mut(|contact| {
@@ -257,6 +264,7 @@ impl<const D: usize> Island<D> {
         });
         if changed_pair.contains(&true) {
             self.merge(changed_pair, ended);
+            workspace.list_pairs(&self.contact_points);
         }
     }
 
@@ -354,7 +362,9 @@ impl<const D: usize> Island<D> {
             contact.set_constraint(constraint, context, span);
         });
         workspace.constraint_count = count;
-        workspace.corrected_gap_errors.resize(count, 0.0);
+        let allowed = self.contact_points[workspace.allowed_biases.len()..].iter();
+        let allowed = allowed.map(|contact| contact.gap_bias(span.drift));
+        workspace.allowed_biases.extend(allowed);
         let constraints = &workspace.constraints;
         workspace.energies.time_solution(|| {
             self.workspace
@@ -364,8 +374,8 @@ impl<const D: usize> Island<D> {
         workspace.start(self.workspace.solver.nodes(), motion.velocity);
     }
 
-    /// Solves the constraints, and again with targets corrected for the gap errors, at most
-    /// [`MOST_REPEATED_SOLVES`] times in a kick.
+    /// Solves the constraints, and again with targets that allow for the biases found of the gaps,
+    /// at most [`MOST_REPEATED_SOLVES`] times in a kick.
     fn solve_for_gaps(
         &mut self,
         context: &ContactContext<D>,
@@ -381,16 +391,18 @@ impl<const D: usize> Island<D> {
             let (velocity, precision) = (&mut *motion.velocity, workspace.precision);
             let solve = || system.solve(constraints, velocity, precision);
             workspace.energies.count_solve(solve);
-            if workspace.correction_count >= MOST_REPEATED_SOLVES {
-                return;
-            }
-            if !self.gap_errors_after_drift(context, motion, drift, workspace) {
+            let is_far = self.find_gap_biases(context, motion, drift, workspace);
+            if !is_far || workspace.correction_count >= MOST_REPEATED_SOLVES {
                 return;
             }
             workspace.correction_count += 1;
-            for (k, gap_error) in workspace.gap_errors.iter().enumerate() {
-                workspace.corrected_gap_errors[k] += gap_error;
-                workspace.constraints[k].target[0] -= gap_error / drift;
+            let found = workspace
+                .allowed_biases
+                .iter_mut()
+                .zip(&workspace.gap_biases);
+            for (constraint, (allowed, found)) in workspace.constraints.iter_mut().zip(found) {
+                constraint.target[0] -= (found - *allowed) / drift;
+                *allowed = *found;
             }
             workspace.undo(motion);
         }
@@ -425,47 +437,49 @@ impl<const D: usize> Island<D> {
             breaks |= contact.breaks(constraint, motion.velocity, least);
         }
         if breaks {
-            let known = self
-                .contact_points
-                .iter()
-                .zip(&workspace.corrected_gap_errors);
-            for (constraint, (contact, corrected)) in workspace.constraints.iter_mut().zip(known) {
+            let known = self.contact_points.iter().zip(&workspace.allowed_biases);
+            for (constraint, (contact, allowed)) in workspace.constraints.iter_mut().zip(known) {
                 contact.set_constraint(constraint, context, span);
-                constraint.target[0] -= corrected / span.drift;
+                constraint.target[0] -= (allowed - contact.gap_bias(span.drift)) / span.drift;
             }
         }
         breaks
     }
 
-    /// Computes the gap errors after the drift: of contacts that press, and of those that open
-    /// but still penetrate. Returns true if any is above [`GAP_ERROR`].
-    fn gap_errors_after_drift(
+    /// Computes the biases of the gaps at the solved velocities: of contacts that press, and of
+    /// those that open but sink. Returns true if any is farther than [`GAP_ERROR`] from the one
+    /// that its target allows for.
+    fn find_gap_biases(
         &self,
         context: &ContactContext<D>,
         motion: &KickedView<D>,
         drift: f64,
         workspace: &mut KickWorkspace<D>,
     ) -> bool {
-        let (surface, resolution) = (context.surface, context.resolution);
+        let (surface, most) = (context.surface, GAP_ERROR * context.resolution);
         let then = motion.positions().after(motion.velocity, drift);
-        let gap_error = |(contact, constraint): (&ContactPoint<D>, &Constraint<D>)| {
+        let known = &workspace.pairs;
+        let taken = |pair: Pair| known.binary_search(&pair).is_ok();
+        let gap_bias = |(contact, constraint): (&ContactPoint<D>, &Constraint<D>)| {
+            let jacobian = &constraint.jacobian;
+            // The gap of a point that slides on to another target is that to the new one.
+            let moved = |contact: &ContactPoint<D>| contact.pair_at(context, then, taken);
+            let slides = Some(contact).filter(|contact| !contact.is_sticking);
+            let pair = slides.and_then(moved).map_or(contact.pair, |moved| moved.0);
             // Edges that have become parallel have no gap.
-            let gap = surface.gap(contact.pair, then, Some(&constraint.jacobian.frame[0]));
-            let gap_error = gap.map_or(0.0, |gap| contact.gap_error(constraint, gap, resolution));
-            let sinks = || {
-                gap_error < -GAP_ERROR * resolution
-                    && surface.project(contact.pair, then).outside <= resolution
-            };
-            if constraint.impulse[0] > 0.0 || sinks() {
-                gap_error
+            let gap = surface.gap(pair, then, Some(&jacobian.frame[0]));
+            let bias = gap.map_or(0.0, |gap| jacobian.gap_bias(gap, motion.velocity, drift));
+            let stays = || surface.project(pair, then).outside <= context.resolution;
+            if constraint.impulse[0] > 0.0 || stays() {
+                bias
             } else {
                 0.0
             }
         };
         let pairs = self.contact_points.par_iter().zip(&workspace.constraints);
-        let gap_errors = pairs.with_min_len(CONTACTS_PER_TASK).map(gap_error);
-        gap_errors.collect_into_vec(&mut workspace.gap_errors);
-        let is_far = |gap_error: &f64| gap_error.abs() > GAP_ERROR * context.resolution;
-        workspace.gap_errors.iter().any(is_far)
+        let biases = pairs.with_min_len(CONTACTS_PER_TASK).map(gap_bias);
+        biases.collect_into_vec(&mut workspace.gap_biases);
+        let mut both = workspace.gap_biases.iter().zip(&workspace.allowed_biases);
+        both.any(|(found, allowed)| (found - allowed).abs() > most)
     }
 }

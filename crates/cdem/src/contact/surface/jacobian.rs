@@ -53,6 +53,12 @@ impl<const D: usize> ContactJacobian<D> {
             .sum()
     }
 
+    /// Returns the part of the change of the gap in a drift of `drift` seconds at these velocities
+    /// that the velocity of the gap does not give, m. The gap is `gap` at its end, m.
+    pub(crate) fn gap_bias(&self, gap: f64, velocity: &[[f64; D]], drift: f64) -> f64 {
+        gap - self.offset[0] - drift * self.relative_velocity(0, velocity)
+    }
+
     /// Returns the relative velocity of all rows, m/s.
     pub(crate) fn relative_velocities(&self, velocity: &[[f64; D]]) -> [f64; D] {
         let mut relative = [0.0; D];
