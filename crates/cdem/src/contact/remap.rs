@@ -7,7 +7,7 @@ use crate::contact::detection::clusters::Clusters;
 use crate::contact::grouping::IslandIndex;
 use crate::contact::island::Island;
 use crate::contact::narrow_phase::feature_selection::has_one_normal;
-use crate::contact::surface::{Configuration, Pair, Surface};
+use crate::contact::surface::{Configuration, ContactJacobian, JacobianAnchor, Pair, Surface};
 use crate::contact::tolerances::{LIFT_STEPS, SLIGHT_OVERLAP};
 use crate::contact::{Contacts, DriftInterval};
 use crate::math::vector::{add_scaled, dot, norm, scale, sub};
@@ -274,20 +274,28 @@ impl<const D: usize> ContactRemap<'_, D> {
             let point = self.before.point(contact.pair, old.at);
             return Err(LostContact { contact, point });
         };
-        let both = [
-            contact.jacobian(self.before, old.at),
-            self.after.jacobian(pair, &foot, new.at),
-        ];
-        let frames = both.map(|jacobian| jacobian.frame);
+        let mut after = ContactJacobian::default();
+        let anchor = JacobianAnchor {
+            foot: &foot,
+            along: Some(&contact.normal),
+        };
+        self.after
+            .assemble_jacobian(&mut after, pair, anchor, new.at);
+        let before = contact.jacobian(self.before, old.at);
+        let frames = [before.frame, after.frame];
         for vector in contact.frame_vectors() {
             *vector = rotate_tangents(vector, &frames);
         }
-        contact.offset = rotate_tangents(&contact.offset, &frames);
-        // The new surface lies elsewhere by a little. To move the blocks back would work against
-        // their pressure: a wall of 14 stones gained 3 % of its energy.
-        contact.offset[0] += both[1].offset[0] - both[0].offset[0];
         if blocks.iter().any(|&block| changed[block as usize]) {
+            // The new surface lies elsewhere by a little. The contact keeps its deviation, not its
+            // offset: to move the blocks back would work against their pressure, and a wall of 14
+            // stones gained 3 % of its energy.
+            let deviation = sub(&before.offset, &contact.offset);
+            let deviation = rotate_tangents(&deviation, &frames);
+            contact.offset = sub(&after.offset, &deviation);
             contact.foot = foot;
+        } else {
+            contact.offset = rotate_tangents(&contact.offset, &frames);
         }
         (contact.pair, contact.normal) = (pair, frames[1][0]);
         Ok(contact)

@@ -78,7 +78,7 @@ impl DriftProgress {
     }
 
     /// Returns the rest of the drift, s.
-    pub(super) fn remaining(self) -> f64 {
+    pub(crate) fn remaining(self) -> f64 {
         self.duration - self.elapsed
     }
 }

@@ -221,9 +221,10 @@ pub(crate) const SEPARATION_DRIFTS: f64 = 16.0;
 
 // Constraints.
 
-/// Error of the bias of a gap from which a solve is repeated, relative to the contact resolution.
-/// Constraints bound the velocity of a gap. A point that slides along a turning edge changes its
-/// gap besides, by the square of the drift; the last kick predicts that bias.
+/// Gap, depth or slip that counts as an error of a closed contact, relative to the contact resolution:
+/// from it on solves are repeated for the quadratic change of a gap, contacts count as open, feet
+/// follow creep, and a pair beside a contact counts as uncovered. Smaller ones are left to the next
+/// kick, or to [`GAP_CORRECTION`].
 pub(crate) const GAP_ERROR: f64 = 0.1;
 
 /// Relative displacement that is round-off, relative to the contact resolution: a 1e-14th of the
@@ -239,7 +240,7 @@ pub(crate) const GAP_ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// √(η/`GAP_CORRECTION`)/2 of the critical damping. A wall of 210 stones, with solves that ended at
 /// 1e-4, gained 8 W at 1, 0.6 W at 0.1, and next to nothing at this value. At all time levels the
 /// correction has the same velocity: by this fraction in each substep, gap errors that a change of
-/// mesh had left were blows, and a wall of 14 stones got 200 times its energy.
+/// mesh had left gave large impulses, and a wall of 14 stones got 200 times its energy.
 pub(crate) const GAP_CORRECTION: f64 = 0.02;
 
 /// Error of a gap that is not corrected, relative to the contact resolution: a 1e-7th of the
@@ -256,8 +257,7 @@ pub(crate) const GAP_DEAD_BAND: f64 = 1e-3;
 /// found.
 pub(crate) const CORRECTED_PENETRATION: f64 = 0.5;
 
-/// Overlap that a change of mesh may make, relative to the contact resolution: the same as the error
-/// of gaps at the end of any drift.
+/// Overlap that a change of mesh may make, relative to the contact resolution.
 pub(crate) const SLIGHT_OVERLAP: f64 = GAP_ERROR;
 
 /// Most contact points of a block that are lifted one after the other (count).

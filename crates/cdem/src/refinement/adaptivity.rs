@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::math::format::{quantity, short, significant};
-use crate::math::vector::{norm, sub};
+use crate::math::vector::{add, norm, scale, sub};
 use crate::mesh::{Mesh, MeshBlock};
 use crate::model::time_levels::MAX_LEVEL;
 use crate::refinement::base_model::BaseModel;
@@ -39,8 +39,8 @@ pub(crate) struct Adaptivity<const D: usize> {
     pub(super) energy_loss: f64,
     pub(super) max_level: u32,
     extent: ZoneExtent,
-    /// Diagonal of the bounding box of each block, m.
-    pub(super) diagonals: Vec<f64>,
+    /// Size of each block, m: twice the largest distance of a node from their mean.
+    pub(super) sizes: Vec<f64>,
     /// Refined block of each block that has an overlay, built from the zones of the state.
     pub(super) refined_blocks: Vec<Option<RefinedBlock<D>>>,
     pub(super) state: AdaptivityState<D>,
@@ -79,19 +79,17 @@ impl<const D: usize> Adaptivity<D> {
     pub(crate) fn new(base_model: BaseModel<D>) -> Self {
         let contact = &base_model.scene.contact;
         let count = base_model.mesh.blocks.len();
-        let diagonal = |block: &MeshBlock| {
+        // Unlike the diagonal of a box along the axes, this does not depend on how a block lies.
+        let size = |block: &MeshBlock| {
             let nodes = block.nodes.start as usize..block.nodes.end as usize;
-            let extent = |c: usize| {
-                let along = base_model.mesh.nodes[nodes.clone()].iter().map(|x| x[c]);
-                let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| {
-                    [a.min(x), b.max(x)]
-                });
-                high - low
-            };
-            norm(&std::array::from_fn::<f64, D, _>(extent))
+            let nodes = &base_model.mesh.nodes[nodes];
+            let sum = nodes.iter().fold([0.0; D], |sum, x| add(&sum, x));
+            let middle = scale(1.0 / nodes.len() as f64, &sum);
+            let farthest = nodes.iter().map(|x| norm(&sub(x, &middle)));
+            2.0 * farthest.fold(0.0, f64::max)
         };
         Self {
-            diagonals: base_model.mesh.blocks.iter().map(diagonal).collect(),
+            sizes: base_model.mesh.blocks.iter().map(size).collect(),
             energy_loss: contact.energy_loss,
             max_level: contact.max_level,
             extent: contact.zone,
@@ -143,7 +141,7 @@ impl<const D: usize> Adaptivity<D> {
         let node = nodes.start as usize + target.number;
         let is_there = |node: usize| {
             let apart = norm(&sub(&self.base_model.mesh.nodes[node], &target.rest));
-            apart <= SAME_LENGTH * self.diagonals[target.block]
+            apart <= SAME_LENGTH * self.sizes[target.block]
         };
         if target.number < nodes.len() && is_there(node) {
             return self.base_model.masses.nodal[node];
@@ -175,6 +173,11 @@ impl<const D: usize> Adaptivity<D> {
             .collect()
     }
 
+    /// Returns the sum of all energy debts, J.
+    pub(crate) fn energy_in_debt(&self) -> f64 {
+        self.state.energy_debts.iter().sum()
+    }
+
     /// Returns the energy debt of a block, J.
     pub(crate) fn energy_debt(&self, block: usize) -> f64 {
         self.state.energy_debts[block]
@@ -193,11 +196,11 @@ impl<const D: usize> Adaptivity<D> {
         }
     }
 
-    /// Returns the length that governs the contact of two blocks, m: the diagonal of the smaller
+    /// Returns the length that governs the contact of two blocks, m: the size of the smaller
     /// one. The larger one takes part up to about that distance only, as a half-space would. Blocks
     /// that are prescribed do not count. Infinite if both are.
     pub(crate) fn contact_length(&self, blocks: [usize; 2]) -> f64 {
-        let lengths = self.moving(blocks).map(|block| self.diagonals[block]);
+        let lengths = self.moving(blocks).map(|block| self.sizes[block]);
         lengths.fold(f64::INFINITY, f64::min)
     }
 

@@ -1,9 +1,10 @@
-//! Energy that losses give back. Losses only grow; where their sum falls, blocks get energy from
-//! nowhere, and the ledger still balances.
+//! Energy that losses give back. The sum of all losses only grows; where it falls, blocks get energy
+//! without a source, and the ledger still balances. A gain while other losses grow by more is not seen.
 
 use serde::{Deserialize, Serialize};
 
 use crate::math::format::significant;
+use crate::refinement::Adaptivity;
 use crate::simulation::validity::ExchangedEnergy;
 use crate::step::Run;
 
@@ -30,7 +31,10 @@ impl EnergyGain {
         let of_contacts = contacts.map_or(0.0, |energies| {
             energies.impact_loss + energies.friction_loss + energies.fracture_loss
         });
-        self.add(of_bodies + of_contacts, run.time());
+        // What a change of level makes is taken back later.
+        let adaptivity = run.adaptivity.as_ref();
+        let in_debt = adaptivity.map_or(0.0, Adaptivity::energy_in_debt);
+        self.add(of_bodies + of_contacts + in_debt, run.time());
     }
 
     /// Updates the gain at a `time`, s, at which so much has been `lost`, J.
@@ -43,16 +47,22 @@ impl EnergyGain {
     }
 
     /// Returns a warning if the gain is large.
-    pub(crate) fn warning(&self, exchange: &ExchangedEnergy) -> Option<String> {
+    pub(crate) fn warning(&self, exchange: &ExchangedEnergy, is_refined: bool) -> Option<String> {
+        let other_model = if is_refined {
+            " or `contact.model = \"unified-node\"`"
+        } else {
+            ""
+        };
         let share = self.gain / exchange.scale();
         (share > GAIN_WARNING).then(|| {
             format!(
-                "the sum of all losses fell by {} J until t = {} s, {} % of the energy of the run: \
-                 contacts or changes of mesh gave energy to the blocks, and speeds are too high; \
-                 compare with `contact.model = \"unified-node\"` or a smaller `time.safety`",
+                "the sum of all losses fell by {} J until t = {} s, {} % of the energy exchanged: \
+                 contacts, corrections of positions or changes of mesh gave energy to the blocks; \
+                 compare with a smaller `time.safety`{}",
                 significant(self.gain, 3),
                 significant(self.time, 4),
-                significant(100.0 * share, 2)
+                significant(100.0 * share, 2),
+                other_model
             )
         })
     }

@@ -168,7 +168,11 @@ impl<const D: usize> TypedSimulation<D> {
             &self.report.exchange,
             watch_energy,
         ));
-        warnings.extend(self.report.gain.warning(&self.report.exchange));
+        if watch_energy {
+            let is_refined = self.run.adaptivity.is_some();
+            let gain = &self.report.gain;
+            warnings.extend(gain.warning(&self.report.exchange, is_refined));
+        }
         warnings
     }
 }

@@ -8,7 +8,7 @@ use crate::contact::constraint::law::ContactLaw;
 use crate::contact::narrow_phase::feature_selection::are_one_contact;
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{Configuration, ContactJacobian, JacobianAnchor, Pair, Surface};
-use crate::contact::timing::KickSpan;
+use crate::contact::timing::{DriftProgress, KickSpan};
 use crate::contact::tolerances::{
     CCD_SAMPLES, FOOT_ROUND_OFF, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR,
 };
@@ -50,9 +50,9 @@ pub(crate) struct ContactPoint<const D: usize> {
     /// first.
     #[serde(with = "serde_pod")]
     pub(crate) force: [f64; D],
-    /// Acceleration of the gap at constant velocities of its nodes, m/s², in the last kick: points
-    /// slide, and faces turn. 0 if that kick had no impulse.
-    pub(crate) bias_acceleration: f64,
+    /// Acceleration of the gap at constant velocities of its nodes, J̇v, m/s², in the last kick or, for
+    /// a new contact, in its impact: points slide, and faces turn. 0 if it is not known.
+    pub(crate) gap_acceleration: f64,
     /// Penalty model: elongation of the shear springs, m.
     #[serde(with = "serde_pod")]
     pub(crate) shear_spring: [f64; D],
@@ -314,7 +314,7 @@ impl<const D: usize> ContactPoint<D> {
         KickSpan { interval, drift }: KickSpan,
     ) {
         self.set_target(constraint, context, drift);
-        constraint.target[0] -= self.gap_bias(drift) / drift;
+        constraint.target[0] -= self.quadratic_change(context, drift) / drift;
         constraint.bounds = self.friction_bounds(interval);
         // No extrapolation: solves that leave more than half of an error would feed energy.
         constraint.impulse = self.force.map(|force| force * interval);
@@ -322,12 +322,12 @@ impl<const D: usize> ContactPoint<D> {
         constraint.impulse_before = [0.0; D];
     }
 
-    /// Sets the target of a constraint whose Jacobian is assembled. It keeps the pair together
-    /// over a drift of `drift` seconds, and takes [`GAP_CORRECTION`] of g away in a coarse step,
-    /// with g the deviation from the offset beyond [`GAP_DEAD_BAND`], for the gap and, in a joint,
-    /// for the tangents. A contact that is open and carried no normal impulse, or is open by
-    /// [`GAP_ERROR`], only keeps g ≥ 0.
-    /// Friction has no memory: what a solve leaves of a slip is a slip, see [`Self::has_crept`].
+    /// Sets the target of a constraint whose Jacobian is assembled. It keeps the pair together over a
+    /// drift of `drift` seconds, and takes [`GAP_CORRECTION`] of g away in a coarse step, with g the
+    /// deviation from the offset beyond [`GAP_DEAD_BAND`], for the gap and, in a joint, for the
+    /// tangents. A contact that is open and carried no normal impulse, or is open by [`GAP_ERROR`],
+    /// only keeps g ≥ 0, unless it is a joint. Friction has no memory: what a solve leaves of a slip
+    /// is a slip, see [`Self::has_crept`].
     fn set_target(&self, constraint: &mut Constraint<D>, context: &ContactContext<D>, drift: f64) {
         let (jacobian, target) = (&constraint.jacobian, &mut constraint.target);
         *target = [0.0; D];
@@ -370,23 +370,19 @@ impl<const D: usize> ContactPoint<D> {
         }
     }
 
-    /// Returns the change of the gap in a drift that its velocity at the start does not give, m,
-    /// from the [bias acceleration](Self::bias_acceleration). As SHAKE does, the constraint
-    /// allows for it: without that, gaps shrink at each step, and what opens them again works
-    /// against the pressure.
-    pub(crate) fn gap_bias(&self, drift: f64) -> f64 {
-        0.5 * self.bias_acceleration * drift * drift
+    /// Returns the quadratic change of the gap to expect in a drift of `drift` seconds, m, which the
+    /// constraint allows for. If it did not, gaps would shrink at each step, and what opens them
+    /// again would work against the pressure. At most [`GAP_ERROR`]: where edges are almost
+    /// parallel, the acceleration changes at each step.
+    pub(crate) fn quadratic_change(&self, context: &ContactContext<D>, drift: f64) -> f64 {
+        let most = GAP_ERROR * context.resolution;
+        (0.5 * self.gap_acceleration * drift * drift).clamp(-most, most)
     }
 
-    /// Records the bias of the gap in a drift, m, for the next kick. A bias from [`GAP_ERROR`] on is
-    /// not predicted: edges that are almost parallel change it at each step.
-    pub(crate) fn record_bias(&mut self, bias: f64, drift: f64, resolution: f64) {
-        let is_small = bias.abs() < GAP_ERROR * resolution;
-        self.bias_acceleration = if is_small {
-            2.0 * bias / (drift * drift)
-        } else {
-            0.0
-        };
+    /// Records the quadratic change of the gap in a drift of `drift` seconds, m. The next kick
+    /// expects it again, so what a kick has not allowed for is made good in the next one.
+    pub(crate) fn record_quadratic_change(&mut self, change: f64, drift: f64) {
+        self.gap_acceleration = 2.0 * change / (drift * drift);
     }
 
     /// Records the impulse of a kick of `interval` seconds, N·s.
@@ -396,36 +392,41 @@ impl<const D: usize> ContactPoint<D> {
         self.history.count(&[0.0; D], impulse);
     }
 
-    /// True if its gap after a drift at the solved velocities is wider than [`GAP_DEAD_BAND`].
-    /// A contact without impulse but with a smaller gap has not ended: it may carry one in the
-    /// next kick.
+    /// True if its gap is wider than [`GAP_DEAD_BAND`] after a drift at the solved velocities, in which
+    /// it changes by this quadratic `change` besides, m. A contact without impulse but with a
+    /// smaller gap has not ended: it may carry one in the next kick.
     pub(crate) fn is_apart_after(
         &self,
         solved: &Constraint<D>,
         velocity: &[[f64; D]],
-        drift: f64,
+        [drift, change]: [f64; 2],
         resolution: f64,
     ) -> bool {
         let jacobian = &solved.jacobian;
-        let gap = jacobian.offset[0] + drift * jacobian.relative_velocity(0, velocity);
+        let gap = jacobian.offset[0] + drift * jacobian.relative_velocity(0, velocity) + change;
         gap - self.offset[0] > GAP_DEAD_BAND * resolution
     }
 
-    /// Returns the constraint at the instant of an impact, at the present positions, before a
-    /// drift of `drift` seconds. A contact closed before starts with the impulse of its last
-    /// kick, all of which it may give back. The strength of a joint bounds the sum of both.
+    /// Returns the constraint at the instant of an impact, at the present positions. A contact closed
+    /// before starts with the impulse of its last kick, all of which it may give back. Its target is
+    /// the velocity that it has there if no impact changes it: by the quadratic change that the
+    /// kick has allowed for, it is 0 in the middle of the drift. The strength of a joint bounds the sum
+    /// of both impulses.
     pub(crate) fn impact_constraint(
         &self,
         context: &ContactContext<D>,
         at: Configuration<D>,
-        drift: f64,
+        now: DriftProgress,
     ) -> Constraint<D> {
         let mut constraint = Constraint::default();
         self.assemble_jacobian(&mut constraint.jacobian, context.surface, at);
         if self.is_new {
             constraint.bounds = self.friction_bounds(0.0);
         } else {
+            let drift = now.duration;
             self.set_target(&mut constraint, context, drift);
+            let change = self.quadratic_change(context, drift);
+            constraint.target[0] += change * (now.elapsed - now.remaining()) / (drift * drift);
             (constraint.impulse, constraint.impulse_before) = (self.impulse, self.impulse);
             constraint.bounds = self.friction_bounds(drift.max(self.interval));
         }

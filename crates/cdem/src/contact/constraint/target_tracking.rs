@@ -2,7 +2,7 @@
 
 use crate::contact::constraint::contact_point::{ContactPoint, rotate_tangents};
 use crate::contact::constraint::context::ContactContext;
-use crate::contact::surface::{Configuration, Pair, Projection, Surface};
+use crate::contact::surface::{Configuration, ContactJacobian, Pair, Projection, Surface};
 use crate::contact::tolerances::FOOT_ROUND_OFF;
 
 impl<const D: usize> ContactPoint<D> {
@@ -59,6 +59,22 @@ impl<const D: usize> ContactPoint<D> {
             }
         }
         Some((pair, projection))
+    }
+
+    /// Returns the gap at these positions, m, to the target that a sliding contact has moved on to.
+    /// `None` for parallel edges. If it has not moved on, the normal is on the side of the `jacobian`'s.
+    pub(crate) fn gap_at(
+        &self,
+        context: &ContactContext<D>,
+        jacobian: &ContactJacobian<D>,
+        at: Configuration<D>,
+        taken: impl Fn(Pair) -> bool,
+    ) -> Option<f64> {
+        let slides = Some(self).filter(|contact| !contact.is_sticking);
+        let moved = slides.and_then(|contact| contact.pair_at(context, at, taken));
+        let pair = moved.map_or(self.pair, |moved| moved.0);
+        let along = (pair == self.pair).then_some(&jacobian.frame[0]);
+        context.surface.gap(pair, at, along)
     }
 
     /// Continues the contact as another pair. Rotates the vectors in its frame.

@@ -13,6 +13,7 @@ use crate::contact::interior::{BodyCoupling, VelocityJump};
 use crate::contact::island::touch_events::Event;
 use crate::contact::island::{Island, IslandBodies};
 use crate::contact::solver::Precision;
+use crate::contact::surface::Pair;
 use crate::contact::timing::DriftProgress;
 use crate::contact::tolerances::{
     CONTACTS_PER_TASK, GAP_ERROR, IMPACT_RESIDUAL, MOST_REPEATED_SOLVES,
@@ -31,9 +32,9 @@ struct ImpactSolve<const D: usize> {
     precision: f64,
     /// Duration of the drift, s.
     duration: f64,
-    /// For each contact: the [bias of its gap](crate::contact::surface::ContactJacobian::gap_bias) in the rest of the
-    /// drift that its target allows for, m.
-    allowed_biases: Vec<f64>,
+    /// For each contact: the quadratic change of its gap in the
+    /// rest of the drift that its target has been set for, m.
+    allowed_changes: Vec<f64>,
 }
 
 /// Impulses of the bodies on their nodes, N·s, and the factor with which they act.
@@ -71,8 +72,8 @@ impl<const D: usize> Island<D> {
         bodies: &mut IslandBodies<D, I>,
         energies: &mut ContactEnergies,
     ) {
-        let (duration, remaining) = (event.now.duration, event.now.remaining());
-        let mut impact = self.impact(context, motion, duration);
+        let remaining = event.now.remaining();
+        let mut impact = self.impact(context, motion, event.now);
         bodies.rollback.track(self.workspace.solver.nodes(), motion);
         self.solve_for(&mut impact, context, motion, BodyImpulses::NONE, energies);
         let jump = VelocityJump {
@@ -171,7 +172,7 @@ impl<const D: usize> Island<D> {
         received: &mut Vec<(u32, [f64; D])>,
         energies: &mut ContactEnergies,
     ) {
-        let mut impact = self.impact(context, motion, duration);
+        let mut impact = self.impact(context, motion, DriftProgress::start(duration));
         self.solve_for(&mut impact, context, motion, BodyImpulses::NONE, energies);
         self.end_impact(context, motion, &impact, received, energies);
     }
@@ -182,12 +183,16 @@ impl<const D: usize> Island<D> {
         &mut self,
         context: &ContactContext<D>,
         motion: &NodalMotion<D>,
-        duration: f64,
+        now: DriftProgress,
     ) -> ImpactSolve<D> {
+        let duration = now.duration;
         let constraint = |contact: &ContactPoint<D>| {
             let at = motion.positions().into();
-            contact.impact_constraint(context, at, duration)
+            contact.impact_constraint(context, at, now)
         };
+        let left = now.remaining() / duration;
+        let allowed =
+            |contact: &ContactPoint<D>| contact.quadratic_change(context, duration) * left * left;
         let contact = self
             .contact_points
             .par_iter()
@@ -203,7 +208,7 @@ impl<const D: usize> Island<D> {
             start: self.reached_nodes(&constraints, motion),
             precision: self.precision(context, motion.positions().into(), duration),
             duration,
-            allowed_biases: vec![0.0; constraints.len()],
+            allowed_changes: self.contact_points.iter().map(allowed).collect(),
             constraints,
         }
     }
@@ -222,26 +227,33 @@ impl<const D: usize> Island<D> {
     ) -> bool {
         let remaining = now.remaining();
         let then = motion.positions().after(motion.velocity, remaining);
+        let mut pairs: Vec<Pair> = self.contact_points.iter().map(|c| c.pair).collect();
+        pairs.sort_unstable();
+        let taken = |pair: Pair| pairs.binary_search(&pair).is_ok();
         let mut too_far = false;
-        let pairs = self.contact_points.iter_mut().zip(&mut impact.constraints);
-        for ((contact, constraint), allowed) in pairs.zip(&mut impact.allowed_biases) {
-            let projection = context.surface.project(contact.pair, then.into());
+        let solved = self.contact_points.iter_mut().zip(&mut impact.constraints);
+        for ((contact, constraint), allowed) in solved.zip(&mut impact.allowed_changes) {
             let jacobian = &constraint.jacobian;
-            let bias = jacobian.gap_bias(projection.gap, motion.velocity, remaining);
-            let miss = bias - *allowed;
-            if miss < -GAP_ERROR * context.resolution && projection.outside <= context.resolution {
+            let gap = contact.gap_at(context, jacobian, then.into(), taken);
+            let outside = context.surface.project(contact.pair, then.into()).outside;
+            let Some(gap) = gap.filter(|_| outside <= context.resolution) else {
+                continue;
+            };
+            let change = jacobian.quadratic_change(gap, motion.velocity, remaining);
+            let miss = change - *allowed;
+            if miss < -GAP_ERROR * context.resolution {
                 let within = if contact.is_new {
                     remaining
                 } else {
                     remaining.max(0.5 * now.duration)
                 };
                 constraint.target[0] -= miss / within;
-                *allowed = bias;
+                *allowed = change;
                 too_far = true;
             }
             // Shorter drifts hold too much round-off.
             if contact.is_new && remaining > 0.5 * now.duration {
-                contact.record_bias(bias, remaining, context.resolution);
+                contact.record_quadratic_change(change, remaining);
             }
         }
         too_far

@@ -22,7 +22,8 @@ use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
 use crate::contact::timing::{DriftProgress, KickSpan};
 use crate::contact::tolerances::{
-    CONTACTS_PER_TASK, GAP_ERROR, KICK_RESIDUAL, MOST_REPEATED_SOLVES, PAIRS_WORTH_A_SOLVE,
+    CONTACTS_PER_TASK, GAP_DEAD_BAND, GAP_ERROR, KICK_RESIDUAL, MOST_REPEATED_SOLVES,
+    PAIRS_WORTH_A_SOLVE,
 };
 use crate::math::profile::Stage;
 
@@ -43,13 +44,13 @@ pub(crate) struct KickWorkspace<const D: usize> {
     /// The number of constraints that are set, from the first on.
     constraint_count: usize,
     precision: Precision,
-    /// For each contact: the [bias of its gap](crate::contact::surface::ContactJacobian::gap_bias) in the drift, m, that
-    /// its target allows for; and that of the velocities of the last solve.
-    allowed_biases: Vec<f64>,
-    gap_biases: Vec<f64>,
+    /// For each contact: the quadratic change of its gap in the
+    /// drift, m, that its target allows for; and that at the velocities of the last solve.
+    allowed_changes: Vec<f64>,
+    found_changes: Vec<f64>,
     /// The number of corrections of the targets so far.
     correction_count: usize,
-    /// Pairs of the contacts, sorted. For each contact: true if tracking has changed its pair.
+    /// Pairs of the contacts, sorted, if any slides. For each contact: true if tracking has changed its pair.
     pairs: Vec<Pair>,
     changed_pair: Vec<bool>,
     /// Nodes that the contacts move, sorted, with their velocities before and after, m/s.
@@ -74,7 +75,7 @@ impl<const D: usize> KickWorkspace<D> {
         self.precision = precision;
         self.constraints.resize_with(contacts, Constraint::default);
         self.constraint_count = 0;
-        self.allowed_biases.clear();
+        self.allowed_changes.clear();
         self.correction_count = 0;
         self.start(&[], &[]);
     }
@@ -174,10 +175,10 @@ impl<const D: usize> Island<D> {
         let (constraints, energies) = (&workspace.constraints, &mut workspace.energies);
         let KickSpan { interval, drift } = kick.span;
         let least = context.least_speed(drift);
-        let solved = constraints.iter().zip(&workspace.gap_biases);
-        for (contact, (constraint, bias)) in self.contact_points.iter_mut().zip(solved) {
+        let solved = constraints.iter().zip(&workspace.found_changes);
+        for (contact, (constraint, change)) in self.contact_points.iter_mut().zip(solved) {
             let jacobian = &constraint.jacobian;
-            contact.record_bias(*bias, drift, context.resolution);
+            contact.record_quadratic_change(*change, drift);
             let [old, new] =
                 [kick.before, motion.velocity].map(|v| jacobian.relative_velocities(v));
             contact.history.step_loss +=
@@ -214,9 +215,10 @@ impl<const D: usize> Island<D> {
         let (moves, at) = (&*motion.velocity, motion.positions());
         // An open pair deeper than the contact resolution would not be found again.
         let is_deep = |pair: Pair| context.surface.gap_or_zero(pair, at) < -context.resolution;
-        let mut solved = workspace.constraints.iter();
+        let mut solved = workspace.constraints.iter().zip(&workspace.found_changes);
         self.contact_points.retain(|contact| {
-            let is_released = solved.next().is_some_and(|constraint| {
+            let is_released = solved.next().is_some_and(|(constraint, &change)| {
+                let drift = [drift, change];
                 constraint.opens(moves, least)
                     && contact.is_apart_after(constraint, moves, drift, context.resolution)
                     && !is_deep(contact.pair)
@@ -236,7 +238,6 @@ impl<const D: usize> Island<D> {
         at: Configuration<D>,
         workspace: &mut KickWorkspace<D>,
     ) {
-        workspace.list_pairs(&self.contact_points);
         if self
             .contact_points
             .iter()
@@ -244,6 +245,7 @@ impl<const D: usize> Island<D> {
         {
             return;
         }
+        workspace.list_pairs(&self.contact_points);
         let KickWorkspace {
             pairs,
             changed_pair,
@@ -264,7 +266,6 @@ impl<const D: usize> Island<D> {
         });
         if changed_pair.contains(&true) {
             self.merge(changed_pair, ended);
-            workspace.list_pairs(&self.contact_points);
         }
     }
 
@@ -362,9 +363,10 @@ impl<const D: usize> Island<D> {
             contact.set_constraint(constraint, context, span);
         });
         workspace.constraint_count = count;
-        let allowed = self.contact_points[workspace.allowed_biases.len()..].iter();
-        let allowed = allowed.map(|contact| contact.gap_bias(span.drift));
-        workspace.allowed_biases.extend(allowed);
+        workspace.list_pairs(&self.contact_points);
+        let allowed = self.contact_points[workspace.allowed_changes.len()..].iter();
+        let allowed = allowed.map(|contact| contact.quadratic_change(context, span.drift));
+        workspace.allowed_changes.extend(allowed);
         let constraints = &workspace.constraints;
         workspace.energies.time_solution(|| {
             self.workspace
@@ -374,8 +376,8 @@ impl<const D: usize> Island<D> {
         workspace.start(self.workspace.solver.nodes(), motion.velocity);
     }
 
-    /// Solves the constraints, and again with targets that allow for the biases found of the gaps,
-    /// at most [`MOST_REPEATED_SOLVES`] times in a kick.
+    /// Solves the constraints, and again with targets that allow for the quadratic changes found of the
+    /// gaps, at most [`MOST_REPEATED_SOLVES`] times in a kick.
     fn solve_for_gaps(
         &mut self,
         context: &ContactContext<D>,
@@ -391,15 +393,15 @@ impl<const D: usize> Island<D> {
             let (velocity, precision) = (&mut *motion.velocity, workspace.precision);
             let solve = || system.solve(constraints, velocity, precision);
             workspace.energies.count_solve(solve);
-            let is_far = self.find_gap_biases(context, motion, drift, workspace);
+            let is_far = self.find_gap_changes(context, motion, drift, workspace);
             if !is_far || workspace.correction_count >= MOST_REPEATED_SOLVES {
                 return;
             }
             workspace.correction_count += 1;
             let found = workspace
-                .allowed_biases
+                .allowed_changes
                 .iter_mut()
-                .zip(&workspace.gap_biases);
+                .zip(&workspace.found_changes);
             for (constraint, (allowed, found)) in workspace.constraints.iter_mut().zip(found) {
                 constraint.target[0] -= (found - *allowed) / drift;
                 *allowed = *found;
@@ -437,49 +439,56 @@ impl<const D: usize> Island<D> {
             breaks |= contact.breaks(constraint, motion.velocity, least);
         }
         if breaks {
-            let known = self.contact_points.iter().zip(&workspace.allowed_biases);
+            let known = self.contact_points.iter().zip(&workspace.allowed_changes);
             for (constraint, (contact, allowed)) in workspace.constraints.iter_mut().zip(known) {
                 contact.set_constraint(constraint, context, span);
-                constraint.target[0] -= (allowed - contact.gap_bias(span.drift)) / span.drift;
+                constraint.target[0] -=
+                    (allowed - contact.quadratic_change(context, span.drift)) / span.drift;
             }
         }
         breaks
     }
 
-    /// Computes the biases of the gaps at the solved velocities: of contacts that press, and of
-    /// those that open but sink. Returns true if any is farther than [`GAP_ERROR`] from the one
-    /// that its target allows for.
-    fn find_gap_biases(
+    /// Computes the quadratic changes of the gaps at the solved velocities. Returns true if any that
+    /// counts is too far from the one that its target allows for. What is left of a change below
+    /// [`GAP_ERROR`] the next kick makes good. A contact without impulse counts only if it sinks.
+    fn find_gap_changes(
         &self,
         context: &ContactContext<D>,
         motion: &KickedView<D>,
         drift: f64,
         workspace: &mut KickWorkspace<D>,
     ) -> bool {
-        let (surface, most) = (context.surface, GAP_ERROR * context.resolution);
         let then = motion.positions().after(motion.velocity, drift);
         let known = &workspace.pairs;
         let taken = |pair: Pair| known.binary_search(&pair).is_ok();
-        let gap_bias = |(contact, constraint): (&ContactPoint<D>, &Constraint<D>)| {
-            let jacobian = &constraint.jacobian;
-            // The gap of a point that slides on to another target is that to the new one.
-            let moved = |contact: &ContactPoint<D>| contact.pair_at(context, then, taken);
-            let slides = Some(contact).filter(|contact| !contact.is_sticking);
-            let pair = slides.and_then(moved).map_or(contact.pair, |moved| moved.0);
-            // Edges that have become parallel have no gap.
-            let gap = surface.gap(pair, then, Some(&jacobian.frame[0]));
-            let bias = gap.map_or(0.0, |gap| jacobian.gap_bias(gap, motion.velocity, drift));
-            let stays = || surface.project(pair, then).outside <= context.resolution;
-            if constraint.impulse[0] > 0.0 || stays() {
-                bias
-            } else {
-                0.0
+        let change = |(contact, constraint): (&ContactPoint<D>, &Constraint<D>)| {
+            let stays = || {
+                let projection = context.surface.project(contact.pair, then);
+                projection.outside <= context.resolution
+            };
+            if constraint.impulse[0] <= 0.0 && !stays() {
+                return 0.0;
             }
+            let jacobian = &constraint.jacobian;
+            let gap = contact.gap_at(context, jacobian, then, taken);
+            gap.map_or(0.0, |gap| {
+                jacobian.quadratic_change(gap, motion.velocity, drift)
+            })
         };
         let pairs = self.contact_points.par_iter().zip(&workspace.constraints);
-        let biases = pairs.with_min_len(CONTACTS_PER_TASK).map(gap_bias);
-        biases.collect_into_vec(&mut workspace.gap_biases);
-        let mut both = workspace.gap_biases.iter().zip(&workspace.allowed_biases);
-        both.any(|(found, allowed)| (found - allowed).abs() > most)
+        let changes = pairs.with_min_len(CONTACTS_PER_TASK).map(change);
+        changes.collect_into_vec(&mut workspace.found_changes);
+        let [most, least] = [GAP_ERROR, GAP_DEAD_BAND].map(|part| part * context.resolution);
+        let all = workspace
+            .found_changes
+            .iter()
+            .zip(&workspace.allowed_changes);
+        all.zip(&workspace.constraints)
+            .any(|((&found, &allowed), constraint)| {
+                let accepted = if found.abs() < most { most } else { least };
+                let counts = constraint.impulse[0] > 0.0 || found < allowed;
+                counts && (found - allowed).abs() > accepted
+            })
     }
 }

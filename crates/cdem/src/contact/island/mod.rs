@@ -290,7 +290,7 @@ impl<const D: usize> Island<D> {
             impulse: [0.0; D],
             interval: 0.0,
             force: [0.0; D],
-            bias_acceleration: 0.0,
+            gap_acceleration: 0.0,
             shear_spring: [0.0; D],
             history: record,
         });

@@ -53,9 +53,10 @@ impl<const D: usize> ContactJacobian<D> {
             .sum()
     }
 
-    /// Returns the part of the change of the gap in a drift of `drift` seconds at these velocities
-    /// that the velocity of the gap does not give, m. The gap is `gap` at its end, m.
-    pub(crate) fn gap_bias(&self, gap: f64, velocity: &[[f64; D]], drift: f64) -> f64 {
+    /// Returns the quadratic change of the gap in a drift of `drift` seconds at these velocities, m:
+    /// the part that the velocity of the gap at its start does not give, ½ J̇v δ². The gap is `gap` at
+    /// its end, m.
+    pub(crate) fn quadratic_change(&self, gap: f64, velocity: &[[f64; D]], drift: f64) -> f64 {
         gap - self.offset[0] - drift * self.relative_velocity(0, velocity)
     }
 

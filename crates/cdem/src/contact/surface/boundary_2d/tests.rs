@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use crate::contact::narrow_phase::feature_selection::select_feature_pair;
 use crate::contact::surface::boundary_2d::Boundary2d;
 use crate::contact::surface::{
-    Configuration, ConstantMotion, Distance, Pair, TimeOfImpact, Topology,
+    Configuration, ConstantMotion, ContactGeometry, Distance, Pair, TimeOfImpact, Topology,
 };
 use crate::math::vector::{add, scale};
 use crate::mesh::{Element, ElementKind, Mesh, MeshBlock};
@@ -54,14 +54,19 @@ impl Meeting {
         }
     }
 
+    /// Returns the pair of the vertex and the edge.
+    fn pair(&self, boundary: &Boundary2d) -> Pair {
+        (0..6)
+            .map(|target| Pair { main: 0, target })
+            .find(|pair| boundary.target_nodes(pair.target) == [4, 3])
+            .expect("the edge is there")
+    }
+
     /// Returns the result of the search and that of brute force: the first touch between two
     /// instants with the foot on the edge.
     fn touches(&self, duration: f64, depth: f64) -> (Option<f64>, Option<f64>) {
         let boundary = Boundary2d::new(&self.mesh, 1.0);
-        let pair = (0..6)
-            .map(|target| Pair { main: 0, target })
-            .find(|pair| boundary.target_nodes(pair.target) == [4, 3])
-            .expect("the edge is there");
+        let pair = self.pair(&boundary);
         assert_eq!(boundary.main_nodes(0), [0]);
         let still = vec![[0.0; 2]; 6];
         let at = Configuration::new(&self.mesh.nodes, &still);
@@ -236,4 +241,27 @@ fn a_vertex_that_rests_is_found_when_the_edge_turns_into_it() {
         found.zip(seen).is_some_and(|(found, seen)| found <= seen),
         "{found:?} {seen:?}"
     );
+}
+
+/// A point slides at u along an edge that turns at ω about its middle. The quadratic change of its gap
+/// is the Coriolis term −ω u δ², up to the third order in δ.
+#[test]
+fn the_gap_to_a_turning_edge_changes_by_the_square_of_the_drift() {
+    let (turn, slide, along) = (0.3, 0.7, 0.2);
+    let edge = [[0.0, -1.0], [0.0, 1.0]];
+    let velocity = [[0.0, slide], [turn, 0.0], [-turn, 0.0]];
+    let meeting = Meeting::new([0.0, along], edge, velocity);
+    let boundary = Boundary2d::new(&meeting.mesh, 1.0);
+    let pair = meeting.pair(&boundary);
+    let still = vec![[0.0; 2]; 6];
+    let at = Configuration::new(&meeting.mesh.nodes, &still);
+    let foot = boundary.project(pair, at).foot;
+    let jacobian = boundary.jacobian(pair, &foot, at);
+    for drift in [1e-2, 1e-3] {
+        let then = at.after(&meeting.velocity, drift);
+        let gap = boundary.gap(pair, then, None).expect("no parallel edges");
+        let change = jacobian.quadratic_change(gap, &meeting.velocity, drift);
+        let exact = -turn * slide * drift * drift;
+        assert!((change / exact - 1.0).abs() < drift, "{change:e} {exact:e}");
+    }
 }
