@@ -7,11 +7,12 @@ use crate::contact::constraint::contact_constraint::shear_norm;
 use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::surface::{Configuration, ConstantMotion, FeatureKind, Pair};
-use crate::contact::tolerances::PREDICTIONS_PER_TASK;
+use crate::contact::tolerances::{PREDICTIONS_PER_TASK, SAME_TOUCH};
 
 /// A predicted impact, or a present contact, of two blocks.
 #[derive(Clone, Debug)]
 pub(crate) struct PredictedImpact<const D: usize> {
+    pub(crate) pair: Pair,
     pub(crate) blocks: [u32; 2],
     /// Points at rest, m, and a node of the feature at each: main and target.
     pub(crate) rest: [[f64; D]; 2],
@@ -51,6 +52,22 @@ impl<const D: usize> PredictedImpacts<D> {
         };
         let impacts = self.impacts.chunk_by(same);
         impacts.map(|impacts| (ordered(impacts[0].blocks), impacts))
+    }
+
+    /// Sorts the impacts by blocks, then by time. The first of two zones that overlap decides where
+    /// elements are cut, and it must not depend on the order of the blocks. Impacts with times that
+    /// differ by at most `same` from one to the next, s, stay in the order of their numbers.
+    fn sort(&mut self, same: f64) {
+        let later = |a: &PredictedImpact<D>, b: &PredictedImpact<D>| a.wait.total_cmp(&b.wait);
+        let blocks = |impact: &PredictedImpact<D>| ordered(impact.blocks);
+        self.impacts
+            .sort_by(|a, b| blocks(a).cmp(&blocks(b)).then(later(a, b)));
+        let at_once = |a: &PredictedImpact<D>, b: &PredictedImpact<D>| {
+            blocks(a) == blocks(b) && b.wait - a.wait <= same
+        };
+        for impacts in self.impacts.chunk_by_mut(at_once) {
+            impacts.sort_by_key(|impact| impact.pair);
+        }
     }
 }
 
@@ -107,9 +124,7 @@ impl<const D: usize> Contacts<D> {
         touching
             .map(impact)
             .collect_into_vec(&mut predicted.impacts);
-        predicted
-            .impacts
-            .sort_by_key(|impact| ordered(impact.blocks));
+        predicted.sort(SAME_TOUCH * duration);
     }
 
     /// Returns the contacts of closed pairs.
@@ -145,6 +160,7 @@ impl<const D: usize> Contacts<D> {
         let nodes = nodes.map(|nodes| nodes[0]);
         let points = surface.material_points(pair, foot, rest);
         PredictedImpact {
+            pair,
             blocks: nodes.map(|node| self.model_data.block_of[node as usize]),
             are_edges: points.map(|point| matches!(point.kind, FeatureKind::Edge(_))),
             rest: points.map(|point| point.position),

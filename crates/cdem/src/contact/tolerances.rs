@@ -386,6 +386,10 @@ pub(crate) const NODES_PER_CONTACT: usize = 50;
 /// of work.
 pub(crate) const CONTACTS_WORTH_A_THREAD: usize = 64;
 
+/// Difference of the times of two predicted touches that is round-off or its growth, over the horizon
+/// of the prediction.
+pub(crate) const SAME_TOUCH: f64 = 1e-6;
+
 /// Least pairs whose touch a thread predicts (count). Waking a thread takes as long.
 pub(crate) const PREDICTIONS_PER_TASK: usize = 32;
 
