@@ -95,11 +95,49 @@ fn blocks_meet_alike_in_any_order() {
     for order in [[2, 1, 0], [1, 0, 2], [1, 2, 0]] {
         let mut other = case.clone();
         other.scene.block = order.map(|k| case.scene.block[k].clone()).to_vec();
-        for (one, other) in straight.iter().zip(&fall_of_three(&other)) {
-            assert_eq!(one.0, other.0, "{order:?}");
-            assert!((one.1 / other.1 - 1.0).abs() < 1e-9, "{order:?}");
+        check_fall(&straight, &other, &format!("{order:?}"));
+    }
+}
+
+/// When the size of a block was that of a box along the axes, it grew as the block was turned, and
+/// fast blocks were refined less.
+#[test]
+fn blocks_meet_alike_in_any_direction() {
+    for speed in [1.0, 6.0] {
+        let mut case = load("blocks-in-any-order");
+        for block in &mut case.scene.block {
+            block.velocity = block.velocity.iter().map(|v| speed * v).collect();
+        }
+        let straight = fall_of_three(&case);
+        for degrees in [33.0, 45.0] {
+            let name = format!("{speed} times as fast, by {degrees} degrees");
+            check_fall(&straight, &turned(&case, degrees), &name);
         }
     }
+}
+
+fn check_fall(straight: &[(u64, f64)], case: &Case, name: &str) {
+    let other = fall_of_three(case);
+    assert_eq!(straight.len(), other.len(), "{name}");
+    for (step, (one, other)) in straight.iter().zip(&other).enumerate() {
+        assert_eq!(one.0, other.0, "{name}, step {step}");
+        let apart = (one.1 / other.1 - 1.0).abs();
+        assert!(apart < 1e-9, "{name}, step {step}: {apart:e}");
+    }
+}
+
+/// Turns a plane scene about the origin.
+fn turned(case: &Case, degrees: f64) -> Case {
+    let mut case = case.clone();
+    let (sine, cosine) = degrees.to_radians().sin_cos();
+    for block in &mut case.scene.block {
+        block.rotate.angle += degrees.to_radians();
+        for vector in [&mut block.translate, &mut block.velocity] {
+            let [x, y] = [vector[0], vector[1]];
+            *vector = vec![cosine * x - sine * y, sine * x + cosine * y];
+        }
+    }
+    case
 }
 
 #[test]
