@@ -12,6 +12,7 @@ use crate::contact::tolerances::{PREDICTIONS_PER_TASK, SAME_TOUCH};
 /// A predicted impact, or a present contact, of two blocks.
 #[derive(Clone, Debug)]
 pub(crate) struct PredictedImpact<const D: usize> {
+    /// Feature pair, and its blocks.
     pub(crate) pair: Pair,
     pub(crate) blocks: [u32; 2],
     /// Points at rest, m, and a node of the feature at each: main and target.

@@ -27,11 +27,11 @@ impl EnergyGain {
     pub(crate) fn track<const D: usize>(&mut self, run: &Run<D>) {
         let ledger = &run.state.ledger;
         let of_bodies = ledger.damping_loss + ledger.remesh_loss + ledger.correction_loss;
-        let contacts = run.contacts.as_ref().map(|contacts| *contacts.energies());
-        let of_contacts = contacts.map_or(0.0, |energies| {
+        let of_contacts = run.contacts.as_ref().map_or(0.0, |contacts| {
+            let energies = contacts.energies();
             energies.impact_loss + energies.friction_loss + energies.fracture_loss
         });
-        // What a change of level makes is taken back later.
+        // Energy debts are taken back later.
         let adaptivity = run.adaptivity.as_ref();
         let in_debt = adaptivity.map_or(0.0, Adaptivity::energy_in_debt);
         self.add(of_bodies + of_contacts + in_debt, run.time());

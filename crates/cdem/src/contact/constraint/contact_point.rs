@@ -399,7 +399,8 @@ impl<const D: usize> ContactPoint<D> {
         &self,
         solved: &Constraint<D>,
         velocity: &[[f64; D]],
-        [drift, change]: [f64; 2],
+        drift: f64,
+        change: f64,
         resolution: f64,
     ) -> bool {
         let jacobian = &solved.jacobian;

@@ -61,8 +61,9 @@ impl<const D: usize> ContactPoint<D> {
         Some((pair, projection))
     }
 
-    /// Returns the gap at these positions, m, to the target that a sliding contact has moved on to.
-    /// `None` for parallel edges. If it has not moved on, the normal is on the side of the `jacobian`'s.
+    /// Returns the gap at these positions, m, to the target that a sliding contact has moved on to;
+    /// `None` for parallel edges. On the same target the normal is on the side of that of the
+    /// `jacobian`.
     pub(crate) fn gap_at(
         &self,
         context: &ContactContext<D>,

@@ -32,8 +32,8 @@ struct ImpactSolve<const D: usize> {
     precision: f64,
     /// Duration of the drift, s.
     duration: f64,
-    /// For each contact: the quadratic change of its gap in the
-    /// rest of the drift that its target has been set for, m.
+    /// For each contact: the quadratic change of its gap in the rest of the drift that its target has
+    /// been set for, m.
     allowed_changes: Vec<f64>,
 }
 
@@ -227,8 +227,11 @@ impl<const D: usize> Island<D> {
     ) -> bool {
         let remaining = now.remaining();
         let then = motion.positions().after(motion.velocity, remaining);
-        let mut pairs: Vec<Pair> = self.contact_points.iter().map(|c| c.pair).collect();
-        pairs.sort_unstable();
+        let mut pairs: Vec<Pair> = Vec::new();
+        if !self.contact_points.iter().all(|c| c.is_sticking) {
+            pairs.extend(self.contact_points.iter().map(|c| c.pair));
+            pairs.sort_unstable();
+        }
         let taken = |pair: Pair| pairs.binary_search(&pair).is_ok();
         let mut too_far = false;
         let solved = self.contact_points.iter_mut().zip(&mut impact.constraints);

@@ -44,13 +44,14 @@ pub(crate) struct KickWorkspace<const D: usize> {
     /// The number of constraints that are set, from the first on.
     constraint_count: usize,
     precision: Precision,
-    /// For each contact: the quadratic change of its gap in the
-    /// drift, m, that its target allows for; and that at the velocities of the last solve.
+    /// For each contact: the quadratic change of its gap in the drift, m, that its target allows
+    /// for; and that at the velocities of the last solve.
     allowed_changes: Vec<f64>,
     found_changes: Vec<f64>,
     /// The number of corrections of the targets so far.
     correction_count: usize,
-    /// Pairs of the contacts, sorted, if any slides. For each contact: true if tracking has changed its pair.
+    /// Pairs of the contacts, sorted, if any slides. For each contact: true if tracking has changed
+    /// its pair.
     pairs: Vec<Pair>,
     changed_pair: Vec<bool>,
     /// Nodes that the contacts move, sorted, with their velocities before and after, m/s.
@@ -80,9 +81,12 @@ impl<const D: usize> KickWorkspace<D> {
         self.start(&[], &[]);
     }
 
-    /// Lists the pairs of the contacts.
+    /// Lists the pairs of the contacts, if any slides and may move on to another pair.
     fn list_pairs(&mut self, contacts: &[ContactPoint<D>]) {
         self.pairs.clear();
+        if contacts.iter().all(|contact| contact.is_sticking) {
+            return;
+        }
         self.pairs
             .extend(contacts.iter().map(|contact| contact.pair));
         self.pairs.sort_unstable();
@@ -218,9 +222,8 @@ impl<const D: usize> Island<D> {
         let mut solved = workspace.constraints.iter().zip(&workspace.found_changes);
         self.contact_points.retain(|contact| {
             let is_released = solved.next().is_some_and(|(constraint, &change)| {
-                let drift = [drift, change];
                 constraint.opens(moves, least)
-                    && contact.is_apart_after(constraint, moves, drift, context.resolution)
+                    && contact.is_apart_after(constraint, moves, drift, change, context.resolution)
                     && !is_deep(contact.pair)
             });
             if is_released {
@@ -376,8 +379,8 @@ impl<const D: usize> Island<D> {
         workspace.start(self.workspace.solver.nodes(), motion.velocity);
     }
 
-    /// Solves the constraints, and again with targets that allow for the quadratic changes found of the
-    /// gaps, at most [`MOST_REPEATED_SOLVES`] times in a kick.
+    /// Solves the constraints, and again with targets that allow for the quadratic changes found of
+    /// the gaps, at most [`MOST_REPEATED_SOLVES`] times in a kick.
     fn solve_for_gaps(
         &mut self,
         context: &ContactContext<D>,
