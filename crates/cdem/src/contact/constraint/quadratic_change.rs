@@ -1,0 +1,147 @@
+//! Quadratic changes of gaps in a drift: ½ J̇v δ². Points slide over bends, and faces turn.
+
+use rayon::prelude::*;
+
+use crate::contact::constraint::contact_constraint::Constraint;
+use crate::contact::constraint::contact_point::ContactPoint;
+use crate::contact::constraint::context::ContactContext;
+use crate::contact::surface::Pair;
+use crate::contact::surface::kicked::ConstantMotion;
+use crate::contact::tolerances::{CONTACTS_PER_TASK, GAP_ERROR, MOST_REPEATED_SOLVES};
+
+/// Pairs of the contacts of an island, sorted, if any slides and may move on to another pair.
+#[derive(Debug, Default)]
+pub(crate) struct SlidingPairs {
+    pairs: Vec<Pair>,
+}
+
+impl SlidingPairs {
+    /// Replaces the content by the pairs of these contacts.
+    pub(crate) fn list<const D: usize>(&mut self, contacts: &[ContactPoint<D>]) {
+        self.pairs.clear();
+        if contacts.iter().all(|contact| contact.is_sticking) {
+            return;
+        }
+        self.pairs
+            .extend(contacts.iter().map(|contact| contact.pair));
+        self.pairs.sort_unstable();
+    }
+
+    /// True if a contact has this pair.
+    pub(crate) fn contains(&self, pair: Pair) -> bool {
+        self.pairs.binary_search(&pair).is_ok()
+    }
+}
+
+/// Quadratic changes of the gaps, one for each contact, m: those that the targets of a solve allow
+/// for, and those found at the solved velocities.
+#[derive(Debug, Default)]
+pub(crate) struct GapChanges {
+    pub(crate) allowed: Vec<f64>,
+    pub(crate) found: Vec<f64>,
+    /// Found minus allowed changes; 0 where they do not count.
+    differences: Vec<f64>,
+    /// The number of corrections so far.
+    count: usize,
+}
+
+impl GapChanges {
+    /// Begins a new solve with these allowed changes, m.
+    pub(crate) fn begin(&mut self, allowed: impl ParallelIterator<Item = f64>) {
+        self.allowed.clear();
+        self.allowed.par_extend(allowed);
+        self.count = 0;
+    }
+
+    /// Allows for the changes found, at most [`MOST_REPEATED_SOLVES`] times in a solve, if any that
+    /// counts is too far from the allowed one. `accepted` gets the index of a contact, the found and
+    /// the allowed change, and returns the largest difference accepted, m, or `None` if the change does
+    /// not count. Returns the differences that the targets must now allow for, m; `None` if no change
+    /// was too far.
+    pub(crate) fn correct(
+        &mut self,
+        accepted: impl Fn(usize, f64, f64) -> Option<f64>,
+    ) -> Option<&[f64]> {
+        let mut is_far = false;
+        self.differences.clear();
+        for (i, (&found, &allowed)) in self.found.iter().zip(&self.allowed).enumerate() {
+            let accepted = accepted(i, found, allowed);
+            let difference = accepted.map_or(0.0, |_| found - allowed);
+            is_far |= accepted.is_some_and(|most| difference.abs() > most);
+            self.differences.push(difference);
+        }
+        if !is_far || self.count >= MOST_REPEATED_SOLVES {
+            return None;
+        }
+        self.count += 1;
+        for (allowed, difference) in self.allowed.iter_mut().zip(&self.differences) {
+            *allowed += difference;
+        }
+        Some(&self.differences)
+    }
+}
+
+/// A drift at constant velocities, in which gaps change.
+#[derive(Clone, Copy)]
+pub(crate) struct GapDrift<'a, const D: usize> {
+    pub(crate) context: &'a ContactContext<'a, D>,
+    pub(crate) motion: ConstantMotion<'a, D>,
+    /// Duration, s.
+    pub(crate) duration: f64,
+    pub(crate) pairs: &'a SlidingPairs,
+}
+
+impl<const D: usize> GapDrift<'_, D> {
+    /// Computes the quadratic change of the gap of each contact, m, whose constraint holds its
+    /// Jacobian and impulse.
+    pub(crate) fn changes(
+        &self,
+        contacts: &[ContactPoint<D>],
+        constraints: &[Constraint<D>],
+        changes: &mut Vec<f64>,
+    ) {
+        let pairs = contacts.par_iter().zip(constraints);
+        let pairs = pairs.with_min_len(CONTACTS_PER_TASK);
+        pairs
+            .map(|(contact, constraint)| self.change(contact, constraint))
+            .collect_into_vec(changes);
+    }
+
+    /// Returns the quadratic change of one gap, m; 0 for parallel edges, and for a contact without
+    /// impulse that leaves its target.
+    pub(crate) fn change(&self, contact: &ContactPoint<D>, constraint: &Constraint<D>) -> f64 {
+        let Self {
+            context,
+            motion,
+            duration,
+            pairs,
+        } = *self;
+        let then = motion.after(duration);
+        let stays = || context.surface.project(contact.pair, then).outside <= context.resolution;
+        if constraint.impulse[0] <= 0.0 && !stays() {
+            return 0.0;
+        }
+        let jacobian = &constraint.jacobian;
+        let gap = contact.gap_at(context, jacobian, then, |pair| pairs.contains(pair));
+        gap.map_or(0.0, |gap| {
+            jacobian.quadratic_change(gap, motion.velocity, duration)
+        })
+    }
+}
+
+impl<const D: usize> ContactPoint<D> {
+    /// Returns the quadratic change of the gap to expect in a drift of `drift` seconds, m, which the
+    /// constraint allows for. If it did not, gaps would shrink at each step, and what opens them
+    /// again would work against the pressure. At most [`GAP_ERROR`]: where edges are almost
+    /// parallel, the acceleration changes at each step.
+    pub(crate) fn expected_change(&self, context: &ContactContext<D>, drift: f64) -> f64 {
+        let most = GAP_ERROR * context.resolution;
+        (0.5 * self.gap_acceleration * drift * drift).clamp(-most, most)
+    }
+
+    /// Records the quadratic change of the gap in a drift of `drift` seconds, m. The next kick
+    /// expects it again, so what a kick has not allowed for is made good in the next one.
+    pub(crate) fn record_quadratic_change(&mut self, change: f64, drift: f64) {
+        self.gap_acceleration = 2.0 * change / (drift * drift);
+    }
+}
