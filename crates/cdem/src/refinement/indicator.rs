@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::math::vector::{dot, norm, scale, sub};
+use crate::math::vector::{add, dot, norm, scale, sub};
 use crate::refinement::adaptivity::Adaptivity;
 use crate::refinement::zone::SAME_LENGTH;
 
@@ -92,23 +92,26 @@ pub(crate) enum RefinementLimit {
 }
 
 impl<const D: usize> ImpactPrediction<D> {
-    /// Returns the length and, in 3-D, the width of the contact, m.
+    /// Returns the length and, in 3-D, the width of the contact, m, from one end of it: the point
+    /// farthest from the first.
     fn extents(all: &[Self]) -> [f64; 2] {
         let Some(first) = all.first() else {
             return [0.0; 2];
         };
-        let farthest = |aside: &dyn Fn([f64; D]) -> [f64; D]| {
-            let ways = all.iter().map(|e| aside(sub(&e.point, &first.point)));
+        let farthest = |from: &[f64; D], aside: &dyn Fn([f64; D]) -> [f64; D]| {
+            let ways = all.iter().map(|e| aside(sub(&e.point, from)));
             let longest = ways.max_by(|a, b| norm(a).total_cmp(&norm(b)));
-            longest.map_or((0.0, [0.0; D]), |way| (norm(&way), way))
+            longest.unwrap_or([0.0; D])
         };
-        let (length, way) = farthest(&|way| way);
+        let end = add(&first.point, &farthest(&first.point, &|way| way));
+        let way = farthest(&end, &|way| way);
+        let length = norm(&way);
         if D == 2 || length == 0.0 {
             return [length, 0.0];
         }
         let line = scale(1.0 / length, &way);
-        let (width, _) = farthest(&|way| sub(&way, &scale(dot(&way, &line), &line)));
-        [length, width]
+        let aside = |way| sub(&way, &scale(dot(&way, &line), &line));
+        [length, norm(&farthest(&end, &aside))]
     }
 
     /// Returns true if faces meet flush: the touches are not all at one place or, in 3-D, along one
@@ -272,5 +275,44 @@ impl<const D: usize> Adaptivity<D> {
             1.0 / (impact.masses[side] * halved.powi(D as i32))
         };
         0.5 * impact.speed * impact.speed / (inverse(0) + inverse(1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns a prediction of a touch at a point.
+    fn at<const D: usize>(point: [f64; D]) -> ImpactPrediction<D> {
+        ImpactPrediction {
+            blocks: [0, 1],
+            is_first_of_node: true,
+            places: [point; 2],
+            point,
+            normal: [0.0; D],
+            speed: 1.0,
+            unified: 0.0,
+            sizes: [1.0; 2],
+            halvings: [0; 2],
+            masses: [1.0; 2],
+        }
+    }
+
+    /// The length was measured from the first touch, so it was half as long if that lay in the middle.
+    #[test]
+    fn extents_do_not_depend_on_the_order_of_touches() {
+        let mut line = vec![at([1.0, 0.0]), at([0.0, 0.0]), at([2.0, 0.0])];
+        let mut face: Vec<_> = [[2.0, 1.0], [0.0, 0.0], [4.0, 0.0], [0.0, 2.0], [4.0, 2.0]]
+            .map(|[x, y]| at([x, y, 1.0]))
+            .to_vec();
+        let diagonal = f64::sqrt(20.0);
+        for _ in 0..5 {
+            line.rotate_left(1);
+            face.rotate_left(1);
+            let [length, width] = ImpactPrediction::extents(&face);
+            assert_eq!(ImpactPrediction::extents(&line), [2.0, 0.0]);
+            assert!((length - diagonal).abs() < 1e-15, "{length}");
+            assert!((width - 8.0 / diagonal).abs() < 1e-15, "{width}");
+        }
     }
 }
