@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::math::serde_pod;
+use crate::math::vector::norm;
 use crate::model::ledger::Ledger;
 use crate::model::steady_force::SteadyForce;
 
@@ -116,12 +117,12 @@ pub struct Corrections {
 impl Corrections {
     /// Returns a warning for the user, if there has been any correction.
     pub(crate) fn warning(&self) -> Option<String> {
-        let [x, y, z] = self.angular_momentum;
+        let turned = norm(&self.angular_momentum);
         (self.count > 0).then(|| {
             format!(
-                "position corrections moved overlapping blocks apart (number of steps: {}), and \
-                 added ({x:.1e}, {y:.1e}, {z:.1e}) N·m·s of angular momentum: angular velocities \
-                 may be inaccurate; try a smaller `time.step`",
+                "positions were corrected, because blocks were deeper than half of \
+                 `contact.tolerance` (number of steps: {}); this added {turned:.1e} N·m·s of \
+                 angular momentum; try a smaller `time.step`, or leave `contact.tolerance` out",
                 self.count
             )
         })

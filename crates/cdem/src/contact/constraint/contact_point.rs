@@ -452,7 +452,8 @@ impl<const D: usize> ContactPoint<D> {
         self.offset[1..].fill(0.0);
     }
 
-    /// Breaks a joint whose solved constraint exceeds its strength. Returns true if it broke.
+    /// Breaks a joint whose solved constraint exceeds its strength. Returns true if it broke. What it
+    /// has carried until then stays done: a later impact of the drift must not give it back.
     pub(crate) fn breaks(
         &mut self,
         constraint: &Constraint<D>,
@@ -463,6 +464,7 @@ impl<const D: usize> ContactPoint<D> {
             && (constraint.opens(velocity, least) || constraint.slips(velocity, least));
         if breaks {
             self.slide();
+            self.impulse = [0.0; D];
         }
         breaks
     }

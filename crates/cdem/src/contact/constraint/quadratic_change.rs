@@ -92,24 +92,27 @@ pub(crate) struct GapDrift<'a, const D: usize> {
 }
 
 impl<const D: usize> GapDrift<'_, D> {
-    /// Computes the quadratic change of the gap of each contact, m, whose constraint holds its
-    /// Jacobian and impulse.
-    pub(crate) fn changes(
+    /// Finds the quadratic change of the gap of each contact, whose constraint holds its Jacobian and
+    /// impulse. Where there is none, the allowed change stands for it.
+    pub(crate) fn find(
         &self,
         contacts: &[ContactPoint<D>],
         constraints: &[Constraint<D>],
-        changes: &mut Vec<f64>,
+        changes: &mut GapChanges,
     ) {
         let pairs = contacts.par_iter().zip(constraints);
-        let pairs = pairs.with_min_len(CONTACTS_PER_TASK);
+        let pairs = pairs.zip(&changes.allowed);
         pairs
-            .map(|(contact, constraint)| self.change(contact, constraint))
-            .collect_into_vec(changes);
+            .with_min_len(CONTACTS_PER_TASK)
+            .map(|((contact, constraint), allowed)| {
+                self.change(contact, constraint).unwrap_or(*allowed)
+            })
+            .collect_into_vec(&mut changes.found);
     }
 
-    /// Returns the quadratic change of one gap, m; 0 for parallel edges, and for a contact without
+    /// Returns the quadratic change of one gap, m; `None` for parallel edges, and for a contact without
     /// impulse that leaves its target.
-    pub(crate) fn change(&self, contact: &ContactPoint<D>, constraint: &Constraint<D>) -> f64 {
+    fn change(&self, contact: &ContactPoint<D>, constraint: &Constraint<D>) -> Option<f64> {
         let Self {
             context,
             motion,
@@ -119,13 +122,11 @@ impl<const D: usize> GapDrift<'_, D> {
         let then = motion.after(duration);
         let stays = || context.surface.project(contact.pair, then).outside <= context.resolution;
         if constraint.impulse[0] <= 0.0 && !stays() {
-            return 0.0;
+            return None;
         }
         let jacobian = &constraint.jacobian;
-        let gap = contact.gap_at(context, jacobian, then, |pair| pairs.contains(pair));
-        gap.map_or(0.0, |gap| {
-            jacobian.quadratic_change(gap, motion.velocity, duration)
-        })
+        let gap = contact.gap_at(context, jacobian, then, |pair| pairs.contains(pair))?;
+        Some(jacobian.quadratic_change(gap, motion.velocity, duration))
     }
 }
 

@@ -27,8 +27,7 @@ struct ImpactSolve<const D: usize> {
     /// Nodes that the impact may move, each once, those of the island first, with their
     /// velocities before it, m/s.
     start: Vec<(u32, [f64; D])>,
-    /// Change of a relative velocity that counts as none, m/s.
-    precision: f64,
+    precision: Precision,
     /// Duration of the drift, s.
     duration: f64,
     /// Quadratic changes of the gaps in the rest of the drift.
@@ -149,10 +148,7 @@ impl<const D: usize> Island<D> {
                 .inertia
                 .apply_impulse(*node as usize, &impulse, motion.velocity);
         }
-        let precision = Precision {
-            residual: IMPACT_RESIDUAL,
-            velocity: impact.precision,
-        };
+        let precision = impact.precision;
         let solver = &mut self.workspace.solver;
         let constraints = &mut impact.constraints;
         energies.count_solve(|| solver.solve(constraints, motion.velocity, precision));
@@ -209,7 +205,12 @@ impl<const D: usize> Island<D> {
         ImpactSolve {
             approach: approach.collect(),
             start: self.reached_nodes(&constraints, motion),
-            precision: self.precision(context, motion.positions().into(), duration),
+            precision: self.precision(
+                context,
+                motion.positions().into(),
+                duration,
+                IMPACT_RESIDUAL,
+            ),
             duration,
             gap_changes,
             pairs,
@@ -237,7 +238,7 @@ impl<const D: usize> Island<D> {
             pairs: &impact.pairs,
         };
         let (constraints, changes) = (&mut impact.constraints, &mut impact.gap_changes);
-        gap_drift.changes(&self.contact_points, constraints, &mut changes.found);
+        gap_drift.find(&self.contact_points, constraints, changes);
         // Shorter drifts hold too much round-off.
         if remaining > 0.5 * now.duration {
             let contacts = self.contact_points.iter_mut().zip(&changes.found);

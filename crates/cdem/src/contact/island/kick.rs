@@ -294,10 +294,7 @@ impl<const D: usize> Island<D> {
         touches: &mut TouchEvents<D>,
     ) {
         let drift = kick.span.drift;
-        let precision = Precision {
-            residual: KICK_RESIDUAL,
-            velocity: self.precision(context, motion.positions(), drift),
-        };
+        let precision = self.precision(context, motion.positions(), drift, KICK_RESIDUAL);
         workspace.begin(self.contact_points.len(), precision);
         let mut before: Option<Vec<[f64; D]>> = None;
         loop {
@@ -454,7 +451,7 @@ impl<const D: usize> Island<D> {
             duration: drift,
             pairs: &workspace.pairs,
         };
-        gap_drift.changes(&self.contact_points, constraints, &mut changes.found);
+        gap_drift.find(&self.contact_points, constraints, changes);
         let [most, least] = [GAP_ERROR, GAP_DEAD_BAND].map(|part| part * context.resolution);
         let differences = changes.correct(|i, found, allowed| {
             let counts = constraints[i].impulse[0] > 0.0 || found < allowed;

@@ -26,7 +26,7 @@ use crate::contact::solver::{Precision, Solver};
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Pair};
 use crate::contact::timing::{DriftProgress, KickSpan, KickTimes};
-use crate::contact::tolerances::{EARLY_GAP, EVENTS, GAP_ROUND_OFF, RESIDUAL};
+use crate::contact::tolerances::{EARLY_GAP, EVENTS, GAP_ROUND_OFF, JOINT_RESIDUAL, RESIDUAL};
 use crate::math::vector::pad;
 use crate::model::kinematics::NodalMotion;
 
@@ -160,17 +160,26 @@ impl<const D: usize> Island<D> {
         self.separation_bounds.advance(duration);
     }
 
-    /// Returns the relative velocity, m/s, below which a request is round-off: that of the
-    /// positions over a drift of `drift` seconds.
+    /// Returns the precision of a solve: this residual, or that of joints; and the relative velocity
+    /// below which a request is round-off: that of the positions over a drift of `drift` seconds.
     pub(super) fn precision(
         &self,
         context: &ContactContext<D>,
         at: Configuration<D>,
         drift: f64,
-    ) -> f64 {
+        residual: f64,
+    ) -> Precision {
+        let has_joint = self.contact_points.iter().any(|contact| contact.is_joint);
         let coordinates = self.nodes.iter().flat_map(|&node| at.at(node));
         let size = coordinates.fold(0.0_f64, |size, x| size.max(x.abs()));
-        context.least_speed(drift).max(GAP_ROUND_OFF * size / drift)
+        Precision {
+            residual: if has_joint {
+                residual.min(JOINT_RESIDUAL)
+            } else {
+                residual
+            },
+            velocity: context.least_speed(drift).max(GAP_ROUND_OFF * size / drift),
+        }
     }
 
     /// Returns all nodes that constraints may move, each once, with their velocities, m/s.
@@ -314,10 +323,7 @@ impl<const D: usize> Island<D> {
             contact.offset[0] += constraint.target[0];
             constraints.push(constraint);
         }
-        let precision = Precision {
-            residual: RESIDUAL,
-            velocity: self.precision(context, at, 1.0),
-        };
+        let precision = self.precision(context, at, 1.0, RESIDUAL);
         self.workspace
             .solver
             .load(&constraints, context.mobility(0.0));
