@@ -260,7 +260,7 @@ impl<const D: usize> ContactPoint<D> {
     }
 
     /// True if it has a normal impulse, of its last kick or of an impact since then.
-    pub(crate) fn presses(&self) -> bool {
+    pub(crate) fn carries_impulse(&self) -> bool {
         !self.is_new && self.impulse[0] != 0.0
     }
 
@@ -418,7 +418,7 @@ impl<const D: usize> ContactPoint<D> {
             constraint.bounds = self.friction_bounds(0.0);
         } else {
             self.set_target(&mut constraint, context, drift);
-            if self.presses() {
+            if self.carries_impulse() {
                 constraint.target[0] = constraint.jacobian.relative_velocity(0, velocity);
             }
             (constraint.impulse, constraint.impulse_before) = (self.impulse, self.impulse);

@@ -196,7 +196,7 @@ impl<const D: usize> Island<D> {
         let intended_change = |(contact, constraint): (&ContactPoint<D>, &Constraint<D>)| {
             let (jacobian, gap) = (&constraint.jacobian, contact.intended_gap);
             let change = || jacobian.quadratic_change(gap, motion.velocity, now.remaining());
-            contact.presses().then(change).unwrap_or_default()
+            contact.carries_impulse().then(change).unwrap_or_default()
         };
         let mut gap_changes = GapChanges::default();
         gap_changes.begin(contact.zip(&constraints).map(intended_change));
