@@ -95,7 +95,7 @@ fn blocks_meet_alike_in_any_order() {
     for order in [[2, 1, 0], [1, 0, 2], [1, 2, 0]] {
         let mut other = case.clone();
         other.scene.block = order.map(|k| case.scene.block[k].clone()).to_vec();
-        check_fall(&straight, &other, &format!("{order:?}"));
+        check_fall(&straight, &other, 1e-9, &format!("{order:?}"));
     }
 }
 
@@ -103,7 +103,9 @@ fn blocks_meet_alike_in_any_order() {
 /// fast blocks were refined less.
 #[test]
 fn blocks_meet_alike_in_any_direction() {
-    for speed in [1.0, 6.0] {
+    // Measured in six directions: 6e-14 and 3e-9. Fast, some solves end before they are exact, and
+    // amplify round-off.
+    for (speed, round_off) in [(1.0, 1e-9), (6.0, 1e-7)] {
         let mut case = load("blocks-in-any-order");
         for block in &mut case.scene.block {
             block.velocity = block.velocity.iter().map(|v| speed * v).collect();
@@ -111,21 +113,19 @@ fn blocks_meet_alike_in_any_direction() {
         let straight = fall_of_three(&case);
         for degrees in [33.0, 45.0] {
             let name = format!("{speed} times as fast, by {degrees} degrees");
-            check_fall(&straight, &turned(&case, degrees), &name);
+            check_fall(&straight, &turned(&case, degrees), round_off, &name);
         }
     }
 }
 
-/// Compares the numbers of elements and the energies. The energies differ by the growth of round-off
-/// in 220 steps: 6e-14, and 3e-9 (in six directions) at six times the speed, where some solves end
-/// before they are exact.
-fn check_fall(straight: &[(u64, f64)], case: &Case, name: &str) {
+/// Compares the numbers of elements, and the energies up to the growth of `round_off`, relative.
+fn check_fall(straight: &[(u64, f64)], case: &Case, round_off: f64, name: &str) {
     let other = fall_of_three(case);
     assert_eq!(straight.len(), other.len(), "{name}");
     for (step, (one, other)) in straight.iter().zip(&other).enumerate() {
         assert_eq!(one.0, other.0, "{name}, step {step}");
         let apart = (one.1 / other.1 - 1.0).abs();
-        assert!(apart < 1e-7, "{name}, step {step}: {apart:e}");
+        assert!(apart < round_off, "{name}, step {step}: {apart:e}");
     }
 }
 

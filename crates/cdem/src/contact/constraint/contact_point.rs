@@ -53,7 +53,8 @@ pub(crate) struct ContactPoint<const D: usize> {
     /// Acceleration of the gap at constant velocities of its nodes, J̇v, m/s², in the last kick or, for
     /// a new contact, in its impact: points slide, and faces turn. 0 if it is not known.
     pub(crate) gap_acceleration: f64,
-    /// Gap that the last kick aims at for the end of its drift, m. Not used after the drift.
+    /// Intended gap: the one that the last kick aims at for the end of its drift, m. Impacts in this
+    /// drift use it, and checkpoints lie between drifts.
     #[serde(skip)]
     pub(crate) intended_gap: f64,
     /// Penalty model: elongation of the shear springs, m.
@@ -403,7 +404,7 @@ impl<const D: usize> ContactPoint<D> {
 
     /// Returns the constraint at the instant of an impact, at the present positions. A contact closed
     /// before starts with the impulse of its last kick, all of which it may give back. As long as it
-    /// presses, it keeps the relative velocity that it has in `velocity`, with which its kick has set
+    /// carries one, it keeps the relative velocity that it has in `velocity`, with which its kick has set
     /// the gap at the end of the drift. The strength of a joint bounds the sum of both impulses.
     pub(crate) fn impact_constraint(
         &self,
@@ -452,8 +453,9 @@ impl<const D: usize> ContactPoint<D> {
         self.offset[1..].fill(0.0);
     }
 
-    /// Breaks a joint whose solved constraint exceeds its strength. Returns true if it broke. What it
-    /// has carried until then stays done: a later impact of the drift must not give it back.
+    /// Breaks a joint whose solved constraint exceeds its strength. Returns true if it broke. The
+    /// tension and shear that it has carried stay done: a later impact of the drift must not give them
+    /// back.
     pub(crate) fn breaks(
         &mut self,
         constraint: &Constraint<D>,
@@ -464,7 +466,9 @@ impl<const D: usize> ContactPoint<D> {
             && (constraint.opens(velocity, least) || constraint.slips(velocity, least));
         if breaks {
             self.slide();
+            let pressure = self.impulse[0].max(0.0);
             self.impulse = [0.0; D];
+            self.impulse[0] = pressure;
         }
         breaks
     }

@@ -34,41 +34,43 @@ impl SlidingPairs {
 }
 
 /// Quadratic changes of the gaps, one for each contact, m: those that the targets of a solve allow
-/// for, and those found at the solved velocities.
+/// for, and those found at the solved velocities, if there are any.
 #[derive(Debug, Default)]
 pub(crate) struct GapChanges {
     pub(crate) allowed: Vec<f64>,
-    pub(crate) found: Vec<f64>,
+    pub(crate) found: Vec<Option<f64>>,
     /// Found minus allowed changes; 0 where they do not count.
     differences: Vec<f64>,
-    /// The number of corrections so far.
+    /// The number of corrections so far in a kick or an impact.
     count: usize,
 }
 
 impl GapChanges {
-    /// Begins a new solve with these allowed changes, m.
-    pub(crate) fn begin(&mut self, allowed: impl ParallelIterator<Item = f64>) {
+    /// Begins a kick or an impact, in which no change is allowed for yet.
+    pub(crate) fn begin(&mut self) {
         self.allowed.clear();
-        self.allowed.par_extend(allowed);
+        self.found.clear();
         self.count = 0;
     }
 
     /// Allows for the changes found, at most [`MOST_REPEATED_SOLVES`] times in a solve, if any that
-    /// counts is too far from the allowed one. `accepted` gets the index of a contact, the found and
-    /// the allowed change, and returns the largest difference accepted, m, or `None` if the change does
-    /// not count. Returns the differences that the targets must now allow for, m; `None` if no change
-    /// was too far.
+    /// counts is too far from the allowed one. `tolerated` gets the index of a contact, the found and
+    /// the allowed change, and returns the largest difference tolerated, m, or `None` if the change does
+    /// not count. Returns the differences that the targets must now allow for, m, as far as they can;
+    /// `None` if no change was too far.
     pub(crate) fn correct(
         &mut self,
-        accepted: impl Fn(usize, f64, f64) -> Option<f64>,
+        tolerated: impl Fn(usize, f64, f64) -> Option<f64>,
     ) -> Option<&[f64]> {
         let mut is_far = false;
         self.differences.clear();
-        for (i, (&found, &allowed)) in self.found.iter().zip(&self.allowed).enumerate() {
-            let accepted = accepted(i, found, allowed);
-            let difference = accepted.map_or(0.0, |_| found - allowed);
-            is_far |= accepted.is_some_and(|most| difference.abs() > most);
-            self.differences.push(difference);
+        for (i, (found, &allowed)) in self.found.iter().zip(&self.allowed).enumerate() {
+            let difference = found.and_then(|found| {
+                let most = tolerated(i, found, allowed)?;
+                is_far |= (found - allowed).abs() > most;
+                Some(found - allowed)
+            });
+            self.differences.push(difference.unwrap_or_default());
         }
         if !is_far || self.count >= MOST_REPEATED_SOLVES {
             return None;
@@ -93,7 +95,7 @@ pub(crate) struct GapDrift<'a, const D: usize> {
 
 impl<const D: usize> GapDrift<'_, D> {
     /// Finds the quadratic change of the gap of each contact, whose constraint holds its Jacobian and
-    /// impulse. Where there is none, the allowed change stands for it.
+    /// impulse.
     pub(crate) fn find(
         &self,
         contacts: &[ContactPoint<D>],
@@ -101,12 +103,9 @@ impl<const D: usize> GapDrift<'_, D> {
         changes: &mut GapChanges,
     ) {
         let pairs = contacts.par_iter().zip(constraints);
-        let pairs = pairs.zip(&changes.allowed);
         pairs
             .with_min_len(CONTACTS_PER_TASK)
-            .map(|((contact, constraint), allowed)| {
-                self.change(contact, constraint).unwrap_or(*allowed)
-            })
+            .map(|(contact, constraint)| self.change(contact, constraint))
             .collect_into_vec(&mut changes.found);
     }
 
@@ -140,9 +139,9 @@ impl<const D: usize> ContactPoint<D> {
         (0.5 * self.gap_acceleration * drift * drift).clamp(-most, most)
     }
 
-    /// Records the quadratic change of the gap in a drift of `drift` seconds, m. The next kick
-    /// expects it again, so what a kick has not allowed for is made good in the next one.
-    pub(crate) fn record_quadratic_change(&mut self, change: f64, drift: f64) {
-        self.gap_acceleration = 2.0 * change / (drift * drift);
+    /// Records the quadratic change of the gap in a drift of `drift` seconds, m, if there is one. The
+    /// next kick expects it again, so what a kick has not allowed for is made good in the next one.
+    pub(crate) fn record_quadratic_change(&mut self, change: Option<f64>, drift: f64) {
+        self.gap_acceleration = 2.0 * change.unwrap_or_default() / (drift * drift);
     }
 }

@@ -97,6 +97,7 @@ impl<const D: usize> Island<D> {
         while self.correct_impact_targets(context, motion, &mut impact, event.now) {
             self.solve_for(&mut impact, context, motion, of_bodies, energies);
         }
+        self.record_new_changes(&impact, event.now);
         self.end_impact(
             context,
             motion,
@@ -182,11 +183,9 @@ impl<const D: usize> Island<D> {
             let at = motion.positions().into();
             contact.impact_constraint(context, at, motion.velocity, duration)
         };
-        let contact = self
-            .contact_points
-            .par_iter()
-            .with_min_len(CONTACTS_PER_TASK);
-        let constraints: Vec<_> = contact.clone().map(constraint).collect();
+        let contacts = self.contact_points.par_iter();
+        let contacts = contacts.with_min_len(CONTACTS_PER_TASK);
+        let constraints: Vec<_> = contacts.clone().map(constraint).collect();
         self.workspace
             .solver
             .load(&constraints, context.mobility(0.0));
@@ -199,7 +198,8 @@ impl<const D: usize> Island<D> {
             contact.carries_impulse().then(change).unwrap_or_default()
         };
         let mut gap_changes = GapChanges::default();
-        gap_changes.begin(contact.zip(&constraints).map(intended_change));
+        let intended = contacts.zip(&constraints).map(intended_change);
+        gap_changes.allowed.par_extend(intended);
         let mut pairs = SlidingPairs::default();
         pairs.list(&self.contact_points);
         ImpactSolve {
@@ -219,12 +219,12 @@ impl<const D: usize> Island<D> {
     }
 
     /// Corrects the targets if a gap would miss the one intended for the end of the drift: a point that
-    /// slides along a turning edge enters it by the square of the time. A new contact, or one without
-    /// impulse, counts only if it sinks. Returns true if they were corrected. The correction of a
+    /// slides along a turning edge enters it by the square of the time. A new contact, or one that does
+    /// not press, counts only if it sinks. Returns true if they were corrected. The correction of a
     /// contact closed before is at most twice the velocity that the whole drift would need, however
     /// little time is left.
     fn correct_impact_targets(
-        &mut self,
+        &self,
         context: &ContactContext<D>,
         motion: &NodalMotion<D>,
         impact: &mut ImpactSolve<D>,
@@ -239,17 +239,10 @@ impl<const D: usize> Island<D> {
         };
         let (constraints, changes) = (&mut impact.constraints, &mut impact.gap_changes);
         gap_drift.find(&self.contact_points, constraints, changes);
-        // Shorter drifts hold too much round-off.
-        if remaining > 0.5 * now.duration {
-            let contacts = self.contact_points.iter_mut().zip(&changes.found);
-            for (contact, found) in contacts.filter(|(contact, _)| contact.is_new) {
-                contact.record_quadratic_change(*found, remaining);
-            }
-        }
-        let accepted = GAP_ERROR * context.resolution;
+        let most = GAP_ERROR * context.resolution;
         let differences = changes.correct(|i, found, allowed| {
             let holds = !self.contact_points[i].is_new && constraints[i].impulse[0] > 0.0;
-            (holds || found < allowed).then_some(accepted)
+            (holds || found < allowed).then_some(most)
         });
         let contacts = self.contact_points.iter().zip(constraints);
         for ((contact, constraint), difference) in contacts.zip(differences.unwrap_or_default()) {
@@ -261,6 +254,19 @@ impl<const D: usize> Island<D> {
             constraint.target[0] -= difference / within;
         }
         differences.is_some()
+    }
+
+    /// Records the quadratic changes of the gaps of new contacts, unless the rest of the drift is so
+    /// short that they hold too much round-off.
+    fn record_new_changes(&mut self, impact: &ImpactSolve<D>, now: DriftProgress) {
+        if now.remaining() > 0.5 * now.duration {
+            let contacts = self.contact_points.iter_mut();
+            for (contact, found) in contacts.zip(&impact.gap_changes.found) {
+                if contact.is_new {
+                    contact.record_quadratic_change(*found, now.remaining());
+                }
+            }
+        }
     }
 
     /// Books the impulses of a solved impact in the contact histories and the energies.

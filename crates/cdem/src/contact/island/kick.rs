@@ -71,7 +71,7 @@ impl<const D: usize> KickWorkspace<D> {
         self.precision = precision;
         self.constraints.resize_with(contacts, Constraint::default);
         self.constraint_count = 0;
-        self.gap_changes.begin(rayon::iter::empty());
+        self.gap_changes.begin();
         self.start(&[], &[]);
     }
 
@@ -212,7 +212,8 @@ impl<const D: usize> Island<D> {
             .iter()
             .zip(&workspace.gap_changes.found);
         self.contact_points.retain(|contact| {
-            let is_released = solved.next().is_some_and(|(constraint, &change)| {
+            let is_released = solved.next().is_some_and(|(constraint, change)| {
+                let change = change.unwrap_or_default();
                 constraint.opens(moves, least)
                     && contact.is_apart_after(constraint, moves, drift, change, context.resolution)
                     && !is_deep(contact.pair)
