@@ -141,8 +141,8 @@ fn no_length_of_the_ground_matters() {
     check(&[40, 80, 120, 200]);
 }
 
-/// The masses of a ground that keep its inertia depend on its length, by up to 1e-3. A rebound
-/// that a shorter step changes by more than 1 % is not determined better than that.
+/// The masses of a ground that keep its inertia depend on its length, by up to 1e-3. A rebound that a
+/// shorter step changes by more than 1 % is a matter of chance, and is not compared.
 #[test]
 #[ignore = "slow study: two hundred throws on two grounds"]
 fn no_length_of_the_ground_matters_in_any_throw() {
@@ -161,9 +161,12 @@ fn no_length_of_the_ground_matters_in_any_throw() {
         let apart = throw.difference(&short, &long);
         let of_step = throw.difference(&short, &with_step(20, 0.97 * step));
         println!("{number}: {throw:?}: {short:?}, {long:?}, {apart:?}, of the step {of_step:?}");
-        determined += usize::from(of_step.iter().all(|part| *part < 0.01));
-        for (apart, of_step) in apart.into_iter().zip(of_step) {
-            assert!(apart < f64::max(0.01, of_step), "{throw:?}");
+        if of_step.iter().all(|part| *part < 0.01) {
+            determined += 1;
+            assert!(
+                apart.iter().all(|part| *part < 0.01),
+                "{throw:?}: {apart:?}"
+            );
         }
     }
     println!("{determined} of 200 determined to 1 %");
