@@ -1,6 +1,7 @@
 //! Impacts of two boxes with any elements in any position, and the checks that hold in each.
 
 use cdem::mesh::ElementKind;
+use cdem::output::HistoryRow;
 use cdem::scene::{ContactModel, Geometry, Kinematics, Rotation};
 use cdem_verify::{Balance, Case, Random, deepest_overlap, load, run};
 use nalgebra::{Rotation3, Unit, Vector3};
@@ -100,8 +101,12 @@ fn judge(dimension: usize, seed: u64) -> u64 {
     let tolerance = simulation.scene().contact.tolerance.expect("filled in");
     let mut balance = Balance::new(&mut simulation);
     let start = simulation.history().kinetic_energy;
-    // Limit for refined blocks.
-    let bound = 1e-3;
+    // Limits for blocks of few elements and for refined ones. The time integration of blocks of few
+    // elements that vibrate after the contact is less precise: with a quarter of the step, the rise of
+    // seed 85 in space falls from 1.2e-3 to 1e-5.
+    let [coarse_bound, bound] = [2e-2, 1e-3];
+    let is_refined = |row: &HistoryRow| row.elements > 80;
+    let mut refined = balance.clone(); // at the last refined row
     let (mut most, mut deepest, mut lost) = (0, 0.0_f64, 0.0_f64);
     run(&mut simulation, |simulation| {
         let row = balance.look(simulation);
@@ -113,6 +118,9 @@ fn judge(dimension: usize, seed: u64) -> u64 {
             "{dimension} {seed}: {lost:e} before {row:?}"
         );
         lost = row.remesh_loss;
+        if is_refined(&row) {
+            refined = balance.clone();
+        }
         if simulation.step_index().is_multiple_of(10) {
             deepest = deepest.max(deepest_overlap(&simulation.frame()));
         }
@@ -137,12 +145,12 @@ fn judge(dimension: usize, seed: u64) -> u64 {
         balance.momentum < 1e-12 && balance.angular_momentum < 1e-12,
         "{seed}: {balance:?}"
     );
-    // Limit for two blocks of few elements each.
-    let bound = if most > 80 { bound } else { 2e-2 };
-    assert!(
-        balance.residual < bound && balance.rise < bound,
-        "{seed}: {balance:?}"
-    );
+    for (balance, bound) in [(&balance, coarse_bound), (&refined, bound)] {
+        assert!(
+            balance.residual < bound && balance.rise < bound,
+            "{seed}: {balance:?}"
+        );
+    }
     most
 }
 

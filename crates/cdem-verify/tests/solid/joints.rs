@@ -3,8 +3,10 @@
 use cdem::mesh::ElementKind;
 use cdem::output::ContactRow;
 use cdem::scene::{LoadKind, Schedule};
-use cdem_verify::{Balance, Case, load, run};
+use cdem_verify::{Case, load, run};
 use nalgebra::Vector3;
+
+use crate::variants::largest_rise;
 
 /// Returns the largest pull of the joint, N, its time, s, and the largest pull later than `pause`
 /// seconds after it.
@@ -114,33 +116,6 @@ fn cubes_that_meet_after_parting_neither_pull_nor_cohere() {
     }
     // Exactly zero: no point has strength or friction.
     assert_eq!([pulled.max(0.0), shear], [0.0; 2]);
-}
-
-/// Runs a scene at its speeds, and at eleven others that are higher by a thousandth each. Returns the
-/// largest rise of the energy, over the energy exchanged, and the number of contacts of the start that
-/// ended.
-fn largest_rise(scene: &str) -> (f64, usize) {
-    let (mut largest, mut ended) = (0.0, 0);
-    for variant in 0..12 {
-        let mut case = load(scene);
-        for block in &mut case.scene.block {
-            let speeds = block.velocity.iter_mut();
-            for speed in speeds.chain(&mut block.angular_velocity) {
-                *speed *= 1.0 + 1e-3 * f64::from(variant);
-            }
-        }
-        let mut simulation = case.start();
-        let mut balance = Balance::new(&mut simulation);
-        run(&mut simulation, |simulation| {
-            balance.look(simulation);
-            let rows = simulation.ended_contacts();
-            ended += rows.iter().filter(|row| row.time_on == 0.0).count();
-        });
-        assert!(balance.rise.is_finite());
-        largest = f64::max(largest, balance.rise);
-    }
-    println!("{scene}: rise of {largest:.1e}, {ended} contacts of the start ended");
-    (largest, ended)
 }
 
 /// When solves with joints were as coarse as those of a heap, the blocks gained up to 71 times their

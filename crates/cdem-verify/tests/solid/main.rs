@@ -19,4 +19,5 @@ mod ties;
 mod tilt;
 mod touch_time;
 mod types;
+mod variants;
 mod wedge;

@@ -122,7 +122,7 @@ impl Corrections {
             format!(
                 "positions were corrected, because blocks were deeper than half of \
                  `contact.tolerance` (number of steps: {}); this added {turned:.1e} N·m·s of \
-                 angular momentum; try a smaller `time.step`, or leave `contact.tolerance` out",
+                 angular momentum; try a smaller `time.step`, or the default of `contact.tolerance`",
                 self.count
             )
         })

@@ -393,12 +393,12 @@ impl<const D: usize> Adaptivity<D> {
         let lost = if found.loss_fraction > 1.0 {
             "more than the energy of their approach".to_owned()
         } else {
-            format!("{} %", significant(100.0 * found.loss_fraction, 2))
+            format!("{} %", significant(100.0 * found.loss_fraction, 3))
         };
         format!(
-            "number of impacts that lost more than `energy_loss` = {} of their energy at first \
+            "number of impacts that lost more than {} % (`energy_loss`) of their energy at first \
              touches: {}; {} (first of them: \"{a}\" and \"{b}\" at t = {}, at {} m/s, lost {lost})",
-            short(self.energy_loss),
+            short(100.0 * self.energy_loss),
             found.count,
             self.reason(limit),
             quantity(found.approach.time, "s"),

@@ -10,7 +10,7 @@ pub(crate) struct FrictionBounds {
     pub(crate) friction: f64,
     /// Shear impulse carried without normal impulse, c·A·δ, N·s.
     pub(crate) cohesion: f64,
-    /// Tensile impulse carried, σ_t·A·δ, N·s.
+    /// Tensile impulse carried, σ_t·A·δ, N·s; below 0 for a pressure that must stay.
     pub(crate) tension: f64,
 }
 
@@ -86,6 +86,11 @@ impl<const D: usize> Constraint<D> {
     pub(crate) fn opens(&self, velocity: &[[f64; D]], least: f64) -> bool {
         self.impulse[0] <= -self.bounds.tension
             && self.jacobian.relative_velocity(0, velocity) - self.target[0] > least
+    }
+
+    /// True if there is more pressure than must stay.
+    pub(crate) fn presses(&self) -> bool {
+        self.impulse[0] > (-self.bounds.tension).max(0.0)
     }
 
     /// True if the shear impulse is at its limit and the tangential velocity still misses its

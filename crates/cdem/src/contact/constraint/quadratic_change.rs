@@ -9,27 +9,29 @@ use crate::contact::surface::Pair;
 use crate::contact::surface::kicked::ConstantMotion;
 use crate::contact::tolerances::{CONTACTS_PER_TASK, GAP_ERROR, MOST_REPEATED_SOLVES};
 
-/// Pairs of the contacts of an island, sorted, if any slides and may move on to another pair.
+/// Pairs of the contacts of an island. They mostly stay from kick to kick.
 #[derive(Debug, Default)]
-pub(crate) struct SlidingPairs {
-    pairs: Vec<Pair>,
+pub(crate) struct ContactPairs {
+    listed: Vec<Pair>,
+    sorted: Vec<Pair>,
 }
 
-impl SlidingPairs {
+impl ContactPairs {
     /// Replaces the content by the pairs of these contacts.
     pub(crate) fn list<const D: usize>(&mut self, contacts: &[ContactPoint<D>]) {
-        self.pairs.clear();
-        if contacts.iter().all(|contact| contact.is_sticking) {
+        let pairs = contacts.iter().map(|contact| contact.pair);
+        if self.listed.iter().copied().eq(pairs.clone()) {
             return;
         }
-        self.pairs
-            .extend(contacts.iter().map(|contact| contact.pair));
-        self.pairs.sort_unstable();
+        self.listed.clear();
+        self.listed.extend(pairs);
+        self.sorted.clone_from(&self.listed);
+        self.sorted.sort_unstable();
     }
 
     /// True if a contact has this pair.
     pub(crate) fn contains(&self, pair: Pair) -> bool {
-        self.pairs.binary_search(&pair).is_ok()
+        self.sorted.binary_search(&pair).is_ok()
     }
 }
 
@@ -41,7 +43,7 @@ pub(crate) struct GapChanges {
     pub(crate) found: Vec<Option<f64>>,
     /// Found minus allowed changes; 0 where they do not count.
     differences: Vec<f64>,
-    /// The number of corrections so far in a kick or an impact.
+    /// The number of corrections so far of the present contacts, in a kick or an impact.
     count: usize,
 }
 
@@ -50,6 +52,12 @@ impl GapChanges {
     pub(crate) fn begin(&mut self) {
         self.allowed.clear();
         self.found.clear();
+        self.count = 0;
+    }
+
+    /// Adds the changes that new contacts allow for. Corrections begin anew.
+    pub(crate) fn add(&mut self, allowed: impl Iterator<Item = f64>) {
+        self.allowed.extend(allowed);
         self.count = 0;
     }
 
@@ -90,7 +98,7 @@ pub(crate) struct GapDrift<'a, const D: usize> {
     pub(crate) motion: ConstantMotion<'a, D>,
     /// Duration, s.
     pub(crate) duration: f64,
-    pub(crate) pairs: &'a SlidingPairs,
+    pub(crate) pairs: &'a ContactPairs,
 }
 
 impl<const D: usize> GapDrift<'_, D> {
@@ -110,7 +118,7 @@ impl<const D: usize> GapDrift<'_, D> {
     }
 
     /// Returns the quadratic change of one gap, m; `None` for parallel edges, and for a contact without
-    /// impulse that leaves its target.
+    /// pressure that leaves its target, unless it sinks into the next one.
     fn change(&self, contact: &ContactPoint<D>, constraint: &Constraint<D>) -> Option<f64> {
         let Self {
             context,
@@ -119,12 +127,15 @@ impl<const D: usize> GapDrift<'_, D> {
             pairs,
         } = *self;
         let then = motion.after(duration);
-        let stays = || context.surface.project(contact.pair, then).outside <= context.resolution;
-        if constraint.impulse[0] <= 0.0 && !stays() {
+        let slides = !contact.is_sticking
+            || constraint.slips(motion.velocity, context.least_speed(duration));
+        let (jacobian, path) = (&constraint.jacobian, [motion.at, then]);
+        let taken = |pair| pairs.contains(pair);
+        let gap = contact.gap_after(context, jacobian, path, slides, taken)?;
+        let leaves = || context.surface.project(contact.pair, then).outside > context.resolution;
+        if !constraint.presses() && gap >= contact.offset[0] && leaves() {
             return None;
         }
-        let jacobian = &constraint.jacobian;
-        let gap = contact.gap_at(context, jacobian, then, |pair| pairs.contains(pair))?;
         Some(jacobian.quadratic_change(gap, motion.velocity, duration))
     }
 }

@@ -3,7 +3,34 @@
 use crate::contact::constraint::contact_point::{ContactPoint, rotate_tangents};
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::surface::{Configuration, ContactJacobian, Pair, Projection, Surface};
-use crate::contact::tolerances::FOOT_ROUND_OFF;
+use crate::contact::tolerances::{FOOT_ROUND_OFF, GAP_ERROR};
+
+/// A straight path from one target to the next, over the ridge between them: its height over the next
+/// one at the end, and its depths under the last one at the end and under the next one at the start, m.
+struct RidgePath {
+    above_next: f64,
+    below_last: f64,
+    below_next_before: f64,
+}
+
+impl RidgePath {
+    /// Returns the height by which the end may be lower, m, without being below the next target, and
+    /// without the path passing beneath the ridge by more than `most`. Below 0, it must be higher.
+    fn possible_fall(&self, most: f64) -> f64 {
+        let Self {
+            above_next,
+            below_last,
+            below_next_before,
+        } = *self;
+        // In a dent, the next target rises over the last one.
+        let falls = below_last + above_next;
+        if falls <= 0.0 || below_next_before <= 0.0 {
+            return above_next;
+        }
+        // Over the ridge the path is below both by the same depth.
+        above_next.min(most * (1.0 + falls / below_next_before) - below_last)
+    }
+}
 
 impl<const D: usize> ContactPoint<D> {
     /// Moves the foot of a sliding contact to its point, and on to neighbouring target
@@ -20,7 +47,7 @@ impl<const D: usize> ContactPoint<D> {
         if self.is_sticking {
             return true;
         }
-        let Some((pair, projection)) = self.pair_at(context, at, taken) else {
+        let Some((pair, projection)) = self.followed(context, at, taken) else {
             return false;
         };
         if pair != self.pair {
@@ -30,9 +57,9 @@ impl<const D: usize> ContactPoint<D> {
         true
     }
 
-    /// Returns the pair that a sliding contact is at these positions, and its projection; `None` if
-    /// the point has left the surface.
-    pub(crate) fn pair_at(
+    /// Returns the pair of a sliding contact whose foot has followed its point to these positions,
+    /// and its projection; `None` if the point has left the surface.
+    pub(crate) fn followed(
         &self,
         context: &ContactContext<D>,
         at: Configuration<D>,
@@ -61,21 +88,39 @@ impl<const D: usize> ContactPoint<D> {
         Some((pair, projection))
     }
 
-    /// Returns the gap at these positions, m, to the target that a sliding contact has moved on to;
-    /// `None` for parallel edges. On the same target the normal is on the side of that of the
-    /// `jacobian`.
-    pub(crate) fn gap_at(
+    /// Returns the gap at the end of a straight path, m, to the target that the contact has moved on to
+    /// if it `slides`. Returns `None` for parallel edges, and if the normal on the side of that of the
+    /// `jacobian` is not the one out of the target. A point whose path leads over a ridge passes beneath
+    /// it: if by more than [`GAP_ERROR`], the gap is negative, by the height that the end must gain. The
+    /// ridge is taken as flat, and the path as one over one ridge.
+    pub(crate) fn gap_after(
         &self,
         context: &ContactContext<D>,
         jacobian: &ContactJacobian<D>,
-        at: Configuration<D>,
+        [start, end]: [Configuration<D>; 2],
+        slides: bool,
         taken: impl Fn(Pair) -> bool,
     ) -> Option<f64> {
-        let slides = Some(self).filter(|contact| !contact.is_sticking);
-        let moved = slides.and_then(|contact| contact.pair_at(context, at, taken));
-        let pair = moved.map_or(self.pair, |moved| moved.0);
-        let along = (pair == self.pair).then_some(&jacobian.frame[0]);
-        context.surface.gap(pair, at, along)
+        let surface = context.surface;
+        let moved = slides.then(|| self.followed(context, end, taken)).flatten();
+        let pair = moved.map_or(self.pair, |(pair, _)| pair);
+        let along = Some(&jacobian.frame[0]);
+        let next = surface.gap(pair, end, None)?;
+        let last = surface.gap(self.pair, end, along);
+        if pair == self.pair {
+            // The normal of edges that pass the parallel position turns by up to 180 degrees.
+            return last.filter(|last| *last == next);
+        }
+        let [Some(last), Some(next_before)] = [last, surface.gap(pair, start, None)] else {
+            return Some(next);
+        };
+        let kept = self.offset[0];
+        let path = RidgePath {
+            above_next: next - kept,
+            below_last: kept - last,
+            below_next_before: kept - next_before,
+        };
+        Some(kept + path.possible_fall(GAP_ERROR * context.resolution))
     }
 
     /// Continues the contact as another pair. Rotates the vectors in its frame.
@@ -89,5 +134,46 @@ impl<const D: usize> ContactPoint<D> {
             *vector = rotate_tangents(vector, &frames);
         }
         (self.pair, self.normal) = (next, frames[1][0]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_over_a_ridge_must_end_so_high_that_it_passes_just_beneath() {
+        let most = 0.1;
+        // Slopes up to the ridge and down from it, and the lengths of the path before and after it.
+        for [up, down, before, after] in [
+            [0.5, 1.0, 3.0, 2.0],
+            [0.0, 0.3, 0.4, 5.0],
+            [0.2, -0.1, 9.0, 9.0],
+            [0.01, 0.01, 3.0, 3.0],
+        ] {
+            let path = |above_next: f64| RidgePath {
+                above_next,
+                below_last: (up + down) * after - above_next,
+                below_next_before: (up + down) * before,
+            };
+            let depth_at_ridge = |above_next: f64| {
+                let [start, end] = [-up * before, above_next - down * after];
+                -(start * after + end * before) / (before + after)
+            };
+            for above_next in [-1.0, 0.0, 10.0] {
+                let end = above_next - path(above_next).possible_fall(most);
+                let depth = depth_at_ridge(end);
+                assert!(
+                    (depth - most.min(depth_at_ridge(0.0))).abs() < 1e-12,
+                    "{depth}"
+                );
+            }
+        }
+        let dent = RidgePath {
+            above_next: -2.0,
+            below_last: 1e-3,
+            below_next_before: 1e-3,
+        };
+        assert_eq!(dent.possible_fall(most), -2.0);
     }
 }

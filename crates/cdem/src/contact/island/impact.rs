@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::contact::constraint::contact_constraint::Constraint;
 use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint};
 use crate::contact::constraint::context::ContactContext;
-use crate::contact::constraint::quadratic_change::{GapChanges, GapDrift, SlidingPairs};
+use crate::contact::constraint::quadratic_change::{ContactPairs, GapChanges, GapDrift};
 use crate::contact::energy::ContactEnergies;
 use crate::contact::interior::{BodyCoupling, VelocityJump};
 use crate::contact::island::touch_events::Event;
@@ -16,7 +16,8 @@ use crate::contact::island::{Island, IslandBodies};
 use crate::contact::solver::Precision;
 use crate::contact::surface::kicked::ConstantMotion;
 use crate::contact::timing::DriftProgress;
-use crate::contact::tolerances::{CONTACTS_PER_TASK, GAP_ERROR, IMPACT_RESIDUAL};
+use crate::contact::tolerances::{CONTACTS_PER_TASK, FLUSH, GAP_ERROR, IMPACT_RESIDUAL};
+use crate::math::vector::norm;
 use crate::model::kinematics::NodalMotion;
 
 /// An impact, which may be solved several times.
@@ -32,7 +33,7 @@ struct ImpactSolve<const D: usize> {
     duration: f64,
     /// Quadratic changes of the gaps in the rest of the drift.
     gap_changes: GapChanges,
-    pairs: SlidingPairs,
+    pairs: ContactPairs,
 }
 
 /// Impulses of the bodies on their nodes, N·s, and the factor with which they act.
@@ -178,10 +179,9 @@ impl<const D: usize> Island<D> {
         motion: &NodalMotion<D>,
         now: DriftProgress,
     ) -> ImpactSolve<D> {
-        let duration = now.duration;
         let constraint = |contact: &ContactPoint<D>| {
             let at = motion.positions().into();
-            contact.impact_constraint(context, at, motion.velocity, duration)
+            contact.impact_constraint(context, at, motion.velocity, now)
         };
         let contacts = self.contact_points.par_iter();
         let contacts = contacts.with_min_len(CONTACTS_PER_TASK);
@@ -200,7 +200,7 @@ impl<const D: usize> Island<D> {
         let mut gap_changes = GapChanges::default();
         let intended = contacts.zip(&constraints).map(intended_change);
         gap_changes.allowed.par_extend(intended);
-        let mut pairs = SlidingPairs::default();
+        let mut pairs = ContactPairs::default();
         pairs.list(&self.contact_points);
         ImpactSolve {
             approach: approach.collect(),
@@ -208,10 +208,10 @@ impl<const D: usize> Island<D> {
             precision: self.precision(
                 context,
                 motion.positions().into(),
-                duration,
+                now.duration,
                 IMPACT_RESIDUAL,
             ),
-            duration,
+            duration: now.duration,
             gap_changes,
             pairs,
             constraints,
@@ -220,9 +220,12 @@ impl<const D: usize> Island<D> {
 
     /// Corrects the targets if a gap would miss the one intended for the end of the drift: a point that
     /// slides along a turning edge enters it by the square of the time. A new contact, or one that does
-    /// not press, counts only if it sinks. Returns true if they were corrected. The correction of a
-    /// contact closed before is at most twice the velocity that the whole drift would need, however
-    /// little time is left.
+    /// not press, counts only if it sinks. Returns true if they were corrected.
+    ///
+    /// However little time is left, each correction is limited. For a contact closed before, it is at most
+    /// twice the velocity that the whole drift would need; for a new one its approach speed, or [`FLUSH`]
+    /// times its relative speed if that is more, which is the rise of a flush boundary. Without this
+    /// limit, edges all but parallel that a drift turned by 20 degrees gained 16 % of their energy.
     fn correct_impact_targets(
         &self,
         context: &ContactContext<D>,
@@ -231,6 +234,9 @@ impl<const D: usize> Island<D> {
         now: DriftProgress,
     ) -> bool {
         let remaining = now.remaining();
+        if remaining <= f64::EPSILON * now.duration {
+            return false;
+        }
         let gap_drift = GapDrift {
             context,
             motion: ConstantMotion::of(motion),
@@ -241,17 +247,19 @@ impl<const D: usize> Island<D> {
         gap_drift.find(&self.contact_points, constraints, changes);
         let most = GAP_ERROR * context.resolution;
         let differences = changes.correct(|i, found, allowed| {
-            let holds = !self.contact_points[i].is_new && constraints[i].impulse[0] > 0.0;
+            let holds = !self.contact_points[i].is_new && constraints[i].presses();
             (holds || found < allowed).then_some(most)
         });
         let contacts = self.contact_points.iter().zip(constraints);
-        for ((contact, constraint), difference) in contacts.zip(differences.unwrap_or_default()) {
-            let within = if contact.is_new {
-                remaining
+        let contacts = contacts.zip(&impact.approach);
+        for (((contact, constraint), approach), difference) in
+            contacts.zip(differences.unwrap_or_default())
+        {
+            constraint.target[0] -= if contact.is_new {
+                (difference / remaining).max(approach[0].min(-FLUSH * norm(approach)))
             } else {
-                remaining.max(0.5 * now.duration)
+                difference / remaining.max(0.5 * now.duration)
             };
-            constraint.target[0] -= difference / within;
         }
         differences.is_some()
     }

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::contact::constraint::contact_constraint::{Constraint, shear_norm};
 use crate::contact::constraint::contact_point::{ContactHistory, DriftInterval};
 use crate::contact::constraint::context::ContactContext;
-use crate::contact::constraint::quadratic_change::{GapChanges, GapDrift, SlidingPairs};
+use crate::contact::constraint::quadratic_change::{ContactPairs, GapChanges, GapDrift};
 use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
 use crate::contact::island::quick_check::ClosureRule;
@@ -47,7 +47,7 @@ pub(crate) struct KickWorkspace<const D: usize> {
     /// Quadratic changes of the gaps in the drift.
     gap_changes: GapChanges,
     /// Pairs of the contacts. For each contact: true if tracking has changed its pair.
-    pairs: SlidingPairs,
+    pairs: ContactPairs,
     changed_pair: Vec<bool>,
     /// Nodes that the contacts move, sorted, with their velocities before and after, m/s.
     nodes: Vec<u32>,
@@ -356,9 +356,9 @@ impl<const D: usize> Island<D> {
         });
         workspace.constraint_count = count;
         workspace.pairs.list(&self.contact_points);
-        let allowed = &mut workspace.gap_changes.allowed;
-        let expected = self.contact_points[allowed.len()..].iter();
-        allowed.extend(expected.map(|contact| contact.expected_change(context, span.drift)));
+        let changes = &mut workspace.gap_changes;
+        let new = self.contact_points[changes.allowed.len()..].iter();
+        changes.add(new.map(|contact| contact.expected_change(context, span.drift)));
         let constraints = &workspace.constraints;
         workspace.energies.time_solution(|| {
             self.workspace
@@ -369,7 +369,7 @@ impl<const D: usize> Island<D> {
     }
 
     /// Solves the constraints, and again with targets that allow for the quadratic changes found of
-    /// the gaps, at most [`MOST_REPEATED_SOLVES`] times in a kick.
+    /// the gaps, at most [`MOST_REPEATED_SOLVES`] times.
     fn solve_for_gaps(
         &mut self,
         context: &ContactContext<D>,
