@@ -26,7 +26,8 @@ pub(crate) const SAME_FEATURE_ANGLE: f64 = 1e-6;
 /// the rotations of small strain, 1e-2. It must be below intended turns, as of a circle of 300
 /// edges. It classifies contacts and breaks ties among features that touch within d anyway. Half
 /// and twice the value give the same bounces of the six types, to all digits printed. Motion does
-/// not jump where a tilt passes the value (`crates/cdem-verify/tests/solid/tilt.rs`).
+/// not jump where a tilt passes the value (`crates/cdem-verify/tests/solid/tilt.rs`). It also limits the
+/// rise of a boundary along which a new contact slides on in the drift of its impact.
 pub(crate) const FLUSH: f64 = 0.02;
 
 /// Round-off of the parameters of a foot point on its target, relative to the size of the target.
