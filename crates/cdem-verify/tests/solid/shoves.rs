@@ -37,6 +37,15 @@ fn a_spinning_cube_that_falls_on_others_takes_no_friction_back() {
     assert!(rise < 2e-3, "{rise:e}");
 }
 
+/// A contact of edges that turns aside in a step was pushed as if it still pressed at its end, and 11 of
+/// the 12 variants gained 1 to 11 % of their energy.
+#[test]
+fn cubes_that_meet_all_but_flat_gain_no_energy() {
+    let (rise, _) = largest_rise("cubes-all-but-flat");
+    // The limit of the ledger for blocks of few elements; 9e-3 seen.
+    assert!(rise < 2e-2, "{rise:e}");
+}
+
 #[test]
 fn what_drives_a_block_that_touches_at_the_start_is_booked() {
     let mut simulation = load("ram").start();

@@ -7,7 +7,10 @@ use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::surface::Pair;
 use crate::contact::surface::kicked::ConstantMotion;
-use crate::contact::tolerances::{CONTACTS_PER_TASK, GAP_ERROR, MOST_REPEATED_SOLVES};
+use crate::contact::tolerances::{
+    CONTACTS_PER_TASK, GAP_ERROR, MOST_REPEATED_SOLVES, MOST_TURN, PARTING_BISECTIONS,
+};
+use crate::math::vector::dot;
 
 /// Pairs of the contacts of an island. They mostly stay from kick to kick.
 #[derive(Debug, Default)]
@@ -118,17 +121,39 @@ impl<const D: usize> GapDrift<'_, D> {
     }
 
     /// Returns the quadratic change of one gap, m; `None` for parallel edges, and for a contact without
-    /// pressure that leaves its target, unless it sinks into the next one.
+    /// pressure that leaves its target, unless it sinks into the next one. A contact that parts in the
+    /// drift keeps its gap until then only: what it needs by then, as part of the drift, it needs at the
+    /// end.
     fn change(&self, contact: &ContactPoint<D>, constraint: &Constraint<D>) -> Option<f64> {
+        let least = self.context.least_speed(self.duration);
+        let slides = !contact.is_sticking || constraint.slips(self.motion.velocity, least);
+        let change = self.change_until(1.0, contact, constraint, slides);
+        let is_small = change.map_or(!constraint.presses(), |change| {
+            change.abs() <= GAP_ERROR * self.context.resolution
+        });
+        if !slides || is_small {
+            return change;
+        }
+        let part = self.part_together(contact, &constraint.jacobian.frame[0])?;
+        self.change_until(part, contact, constraint, slides)
+            .map(|change| change / part)
+    }
+
+    /// Returns the quadratic change of a gap in a part of the drift, m.
+    fn change_until(
+        &self,
+        part: f64,
+        contact: &ContactPoint<D>,
+        constraint: &Constraint<D>,
+        slides: bool,
+    ) -> Option<f64> {
         let Self {
             context,
             motion,
             duration,
             pairs,
         } = *self;
-        let then = motion.after(duration);
-        let slides = !contact.is_sticking
-            || constraint.slips(motion.velocity, context.least_speed(duration));
+        let then = motion.after(part * duration);
         let (jacobian, path) = (&constraint.jacobian, [motion.at, then]);
         let taken = |pair| pairs.contains(pair);
         let gap = contact.gap_after(context, jacobian, path, slides, taken)?;
@@ -136,7 +161,32 @@ impl<const D: usize> GapDrift<'_, D> {
         if !constraint.presses() && gap >= contact.offset[0] && leaves() {
             return None;
         }
-        Some(jacobian.quadratic_change(gap, motion.velocity, duration))
+        Some(jacobian.quadratic_change(gap, motion.velocity, part * duration))
+    }
+
+    /// Returns the part of the drift, at most 1, in which a sliding contact stays on the surface and its
+    /// `normal` turns by less than [`MOST_TURN`]; `None` if it parts at once.
+    fn part_together(&self, contact: &ContactPoint<D>, normal: &[f64; D]) -> Option<f64> {
+        let taken = |pair| self.pairs.contains(pair);
+        let stays = |part: f64| {
+            let then = self.motion.after(part * self.duration);
+            let followed = contact.followed(self.context, then, taken);
+            let turned = followed.and_then(|(pair, _)| self.context.surface.normal(pair, then));
+            turned.is_some_and(|turned| dot(&turned, normal) >= MOST_TURN.cos())
+        };
+        if stays(1.0) {
+            return Some(1.0);
+        }
+        let [mut together, mut apart] = [0.0, 1.0];
+        for _ in 0..PARTING_BISECTIONS {
+            let middle = 0.5 * (together + apart);
+            if stays(middle) {
+                together = middle;
+            } else {
+                apart = middle;
+            }
+        }
+        (together > 0.0).then_some(together)
     }
 }
 
