@@ -23,8 +23,10 @@ pub(crate) mod tolerances;
 #[cfg(test)]
 mod verification;
 
-use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, DriftInterval};
+use crate::contact::constraint::contact_history::ContactHistory;
+use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::constraint::context::ContactContext;
+use crate::contact::constraint::duplicate::DriftInterval;
 use crate::contact::constraint::initial_overlap::{InitialOverlaps, ordered};
 use crate::contact::detection::candidates::StepSpeeds;
 use crate::contact::energy::{ContactEnergies, DriftImpulses};

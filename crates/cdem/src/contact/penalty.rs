@@ -2,8 +2,10 @@
 //! overlap at the start of a step (section 2 of the paper).
 
 use crate::contact::constraint::contact_constraint::shear_norm;
-use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, DriftInterval};
+use crate::contact::constraint::contact_history::ContactHistory;
+use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::constraint::context::ContactContext;
+use crate::contact::constraint::duplicate::DriftInterval;
 use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
 use crate::contact::island::parallel::IslandKicks;

@@ -1,6 +1,7 @@
 //! Transfer of contacts to another mesh of the same blocks.
 
-use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, rotate_tangents};
+use crate::contact::constraint::contact_history::ContactHistory;
+use crate::contact::constraint::contact_point::{ContactPoint, rotate_tangents};
 use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::detection::candidates::CandidateSearch;
 use crate::contact::detection::clusters::Clusters;

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint};
+use crate::contact::constraint::contact_history::ContactHistory;
+use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::detection::candidates::CandidateSearch;
 use crate::contact::energy::ContactEnergies;
 use crate::contact::grouping::IslandIndex;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::contact::constraint::contact_point::ContactHistory;
+use crate::contact::constraint::contact_history::ContactHistory;
 use crate::math::vector::{add_scaled, cross, dot, pad, scale, sub};
 use crate::mesh::Mesh;
 use crate::simulation::output::{BlockRow, ContactFrame, ContactRow, HistoryRow, ProbeRow};

@@ -3,17 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds, shear_norm};
+use crate::contact::constraint::contact_history::ContactHistory;
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::law::ContactLaw;
-use crate::contact::narrow_phase::feature_selection::are_one_contact;
-use crate::contact::surface::contact_kind::ContactKind;
 use crate::contact::surface::{Configuration, ContactJacobian, JacobianAnchor, Pair, Surface};
-use crate::contact::timing::{DriftProgress, KickSpan};
-use crate::contact::tolerances::{
-    CCD_SAMPLES, FOOT_ROUND_OFF, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR,
-};
+use crate::contact::timing::KickSpan;
+use crate::contact::tolerances::{FOOT_ROUND_OFF, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR};
 use crate::math::serde_pod;
-use crate::math::vector::{add_scaled, dot, norm, sub};
+use crate::math::vector::{add_scaled, dot, sub};
 
 /// A closed feature pair. Its two points are one unified node until a criterion opens it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -64,206 +61,7 @@ pub(crate) struct ContactPoint<const D: usize> {
     pub(crate) history: ContactHistory,
 }
 
-/// Contact history of a contact point so far.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct ContactHistory {
-    pub(crate) kind: ContactKind,
-    /// Time of the beginning, s.
-    pub(crate) time_on: f64,
-    /// Time of the end, s; `None` while the contact lasts.
-    pub(crate) time_off: Option<f64>,
-    /// Position of the contact, m.
-    pub(crate) position: [f64; 3],
-    /// Tributary area, m².
-    pub(crate) area: f64,
-    /// Normal impulse of the present coarse step, N·s.
-    pub(crate) step_impulse: f64,
-    /// Impact loss of the present coarse step by normal impulses, J.
-    pub(crate) step_loss: f64,
-    /// Largest normal impulse of a coarse step over the step, N.
-    pub(crate) peak_normal_force: f64,
-    /// Sum of normal impulses, N·s.
-    pub(crate) normal_impulse: f64,
-    /// Path length of shear impulses, N·s.
-    pub(crate) shear_impulse: f64,
-    /// Path length of the slip, m.
-    pub(crate) slip: f64,
-    /// Halvings of its elements.
-    pub(crate) level: u32,
-    pub(crate) blocks: [u32; 2],
-}
-
-impl ContactHistory {
-    /// Returns the history of a contact that ends at `time`, s.
-    pub(crate) fn ended(&self, time: f64) -> Self {
-        Self {
-            time_off: Some(time),
-            ..self.clone()
-        }
-    }
-
-    /// Adds an impulse in the frame, N·s, less the part `before` that was added already.
-    pub(crate) fn count<const D: usize>(&mut self, before: &[f64; D], impulse: &[f64; D]) {
-        self.step_impulse += impulse[0] - before[0];
-        self.normal_impulse += impulse[0] - before[0];
-        self.shear_impulse += shear_norm(impulse) - shear_norm(before);
-    }
-
-    /// Ends a coarse step of `step` seconds.
-    pub(crate) fn end_step(&mut self, step: f64) {
-        self.peak_normal_force = self.peak_normal_force.max(self.step_impulse / step);
-        self.step_impulse = 0.0;
-        self.step_loss = 0.0;
-    }
-}
-
-/// A touch and the rest of the drift that it falls in.
-#[derive(Clone, Copy)]
-pub(crate) struct DriftInterval<'a, const D: usize> {
-    /// Configuration at the touch.
-    pub(crate) at_touch: Configuration<'a, D>,
-    /// Configuration at the end of the drift, at the present velocities.
-    pub(crate) at_end: Configuration<'a, D>,
-    /// True if the present velocities satisfy the constraints of the closed contacts, except
-    /// [new](ContactPoint::is_new) ones.
-    pub(crate) is_solved: bool,
-}
-
-impl<'a, const D: usize> DriftInterval<'a, D> {
-    /// Returns an interval of zero length, for a test of the present configuration.
-    pub(crate) fn at_rest(at: Configuration<'a, D>) -> Self {
-        Self {
-            at_touch: at,
-            at_end: at,
-            is_solved: false,
-        }
-    }
-
-    /// Returns the interval of a touch in `wait` seconds, with `remaining` seconds left in the
-    /// drift, at velocities for which the closed contacts are solved.
-    pub(crate) fn in_drift(
-        at: Configuration<'a, D>,
-        velocity: &'a [[f64; D]],
-        [wait, remaining]: [f64; 2],
-    ) -> Self {
-        Self {
-            at_touch: if wait > 0.0 {
-                at.after(velocity, wait)
-            } else {
-                at
-            },
-            at_end: at.after(velocity, remaining),
-            is_solved: true,
-        }
-    }
-
-    /// Returns a bound of the change of the gap of a pair, m: how far nodes of the two features move
-    /// against each other.
-    fn relative_motion(&self, surface: &dyn Surface<D>, pair: Pair) -> f64 {
-        let motion = |&node: &u32| sub(&self.at_end.at(node), &self.at_touch.at(node));
-        let main = surface.main_nodes(pair.main);
-        let first = motion(&main[0]);
-        let of = |nodes: &[u32]| {
-            let relative = nodes.iter().map(|node| norm(&sub(&motion(node), &first)));
-            relative.fold(0.0, f64::max)
-        };
-        of(main) + of(surface.target_nodes(pair.target))
-    }
-}
-
 impl<const D: usize> ContactPoint<D> {
-    /// True if `pair`, between the same two blocks, would be the same physical contact as this
-    /// one, both at its touch and at the end of the drift.
-    pub(crate) fn is_duplicate_of(
-        &self,
-        context: &ContactContext<D>,
-        pair: Pair,
-        drift_interval: DriftInterval<D>,
-    ) -> bool {
-        let (surface, resolution) = (context.surface, context.resolution);
-        if self.pair == pair {
-            return true;
-        }
-        let continues = || {
-            let projection = surface.project(self.pair, drift_interval.at_end);
-            let foot = &projection.foot;
-            projection.outside <= resolution
-                || surface
-                    .neighbour(self.pair, foot, drift_interval.at_end)
-                    .is_some()
-        };
-        let (pairs, blocks) = (
-            [self.pair, pair],
-            [self.history.blocks, context.blocks(pair)],
-        );
-        are_one_contact(surface, pairs, blocks, drift_interval.at_touch, resolution)
-            && continues()
-            && !self.leaves_uncovered(context, pair, drift_interval)
-    }
-
-    /// True if this contact lets a pair beside it penetrate deeper than itself by the end of
-    /// the drift: its point goes into a dent, or an edge moves from one ridge onto two.
-    pub(crate) fn leaves_uncovered(
-        &self,
-        context: &ContactContext<D>,
-        pair: Pair,
-        drift_interval: DriftInterval<D>,
-    ) -> bool {
-        if !drift_interval.is_solved || self.is_new {
-            return false;
-        }
-        let (surface, at_touch) = (context.surface, drift_interval.at_touch);
-        // Most pairs, at rest all, cannot come that deep in a drift.
-        let change = drift_interval.relative_motion(surface, pair);
-        if surface.gap_or_zero(pair, at_touch).abs() + change < GAP_ERROR * context.resolution {
-            return false;
-        }
-        if surface.project(pair, drift_interval.at_end).outside <= 0.0 {
-            return self.is_shallower_than(context, pair, drift_interval.at_end);
-        }
-        // A pair that has passed by then may have been deep on the way.
-        (1..CCD_SAMPLES).any(|look| {
-            let share = f64::from(look) / f64::from(CCD_SAMPLES);
-            self.is_shallower_than(
-                context,
-                pair,
-                at_touch.towards(drift_interval.at_end, share),
-            )
-        })
-    }
-
-    /// True if a pair beside this contact is deeper than this contact, by more than [`GAP_ERROR`].
-    fn is_shallower_than(
-        &self,
-        context: &ContactContext<D>,
-        pair: Pair,
-        at: Configuration<D>,
-    ) -> bool {
-        let surface = context.surface;
-        let beside = surface.project(pair, at);
-        let deep = -GAP_ERROR * context.resolution;
-        if beside.outside > 0.0 || beside.gap >= deep {
-            return false;
-        }
-        // The plane of a target that this contact has left by then does not hold the pair.
-        let held = if self.is_sticking {
-            self.pair
-        } else {
-            match self.followed(context, at, |_| false) {
-                Some((held, _)) => held,
-                None => return true,
-            }
-        };
-        let normals = [held, pair].map(|pair| surface.normal(pair, at));
-        let [Some(own_normal), Some(normal)] = normals else {
-            return false;
-        };
-        // A pair that is apart along the normal of this contact does not penetrate.
-        let is_swapped = context.blocks(pair) != self.history.blocks;
-        let along = if is_swapped { -1.0 } else { 1.0 } * dot(&own_normal, &normal) * beside.gap;
-        along - surface.gap_or_zero(held, at).min(0.0) < deep
-    }
-
     /// Returns the impulse, force and springs, which rotate with the frame.
     pub(crate) fn frame_vectors(&mut self) -> [&mut [f64; D]; 3] {
         [&mut self.impulse, &mut self.force, &mut self.shear_spring]
@@ -310,7 +108,7 @@ impl<const D: usize> ContactPoint<D> {
     }
 
     /// Returns the bounds of the impulse over `interval` seconds.
-    fn friction_bounds(&self, interval: f64) -> FrictionBounds {
+    pub(super) fn friction_bounds(&self, interval: f64) -> FrictionBounds {
         let strength = if self.is_joint {
             self.history.area * interval
         } else {
@@ -346,7 +144,12 @@ impl<const D: usize> ContactPoint<D> {
     /// tangents. A contact that is open and carried no normal impulse, or is open by [`GAP_ERROR`],
     /// only keeps g ≥ 0, unless it is a joint. Friction has no memory: what a solve leaves of a slip
     /// is a slip, see [`Self::has_crept`].
-    fn set_target(&self, constraint: &mut Constraint<D>, context: &ContactContext<D>, drift: f64) {
+    pub(super) fn set_target(
+        &self,
+        constraint: &mut Constraint<D>,
+        context: &ContactContext<D>,
+        drift: f64,
+    ) {
         let (jacobian, target) = (&constraint.jacobian, &mut constraint.target);
         *target = [0.0; D];
         let right = GAP_DEAD_BAND * context.resolution;
@@ -409,61 +212,6 @@ impl<const D: usize> ContactPoint<D> {
         let jacobian = &solved.jacobian;
         let gap = jacobian.offset[0] + drift * jacobian.relative_velocity(0, velocity) + change;
         gap - self.offset[0] > GAP_DEAD_BAND * resolution
-    }
-
-    /// Returns the constraint at the instant of an impact, at the present positions. A contact closed
-    /// before starts with the impulse of its last kick. Its pressure may fall to the share of the drift
-    /// that has passed, and its shear is bounded by that. If all could be given back, friction that has
-    /// been at work would return at another speed, and such impacts gave up to 5 % of the energy. As long
-    /// as the contact carries an impulse, it keeps the relative velocity that it has in `velocity`, with
-    /// which its kick has set the gap at the end of the drift. The strength of a joint bounds the sum of
-    /// both impulses.
-    pub(crate) fn impact_constraint(
-        &self,
-        context: &ContactContext<D>,
-        at: Configuration<D>,
-        velocity: &[[f64; D]],
-        now: DriftProgress,
-    ) -> Constraint<D> {
-        let mut constraint = Constraint::default();
-        self.assemble_jacobian(&mut constraint.jacobian, context.surface, at);
-        if self.is_new {
-            constraint.bounds = self.friction_bounds(0.0);
-            return constraint;
-        }
-        self.set_target(&mut constraint, context, now.duration);
-        (constraint.impulse, constraint.impulse_before) = (self.impulse, self.impulse);
-        constraint.bounds = self.friction_bounds(now.duration.max(self.interval));
-        if self.carries_impulse() {
-            constraint.target[0] = constraint.jacobian.relative_velocity(0, velocity);
-            if !self.is_joint {
-                let passed = now.elapsed / now.duration * self.force[0] * self.interval;
-                constraint.bounds.tension = -passed.clamp(0.0, self.impulse[0].max(0.0));
-            }
-        }
-        constraint
-    }
-
-    /// Applies a solved impact: slip, broken joint and, for the next impact of this drift, the
-    /// remaining impulse. A contact that opens has none: what it has carried stays done.
-    pub(crate) fn apply_impact(
-        &mut self,
-        solved: &Constraint<D>,
-        velocity: &[[f64; D]],
-        least: f64,
-    ) {
-        if self.is_new {
-            self.is_new = false;
-        } else {
-            self.impulse = solved.impulse;
-            self.breaks(solved, velocity, least);
-            if !self.is_joint && solved.opens(velocity, least) {
-                self.impulse = [0.0; D];
-            }
-        }
-        if solved.slips(velocity, least) && !self.is_joint {
-            self.slide();
-        }
     }
 
     /// Binds the contact to the material point of the target under it.

@@ -6,7 +6,8 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::contact::constraint::contact_constraint::Constraint;
-use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint};
+use crate::contact::constraint::contact_history::ContactHistory;
+use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::quadratic_change::{ContactPairs, GapChanges, GapDrift};
 use crate::contact::energy::ContactEnergies;

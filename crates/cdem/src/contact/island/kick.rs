@@ -10,8 +10,9 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::contact::constraint::contact_constraint::{Constraint, shear_norm};
-use crate::contact::constraint::contact_point::{ContactHistory, DriftInterval};
+use crate::contact::constraint::contact_history::ContactHistory;
 use crate::contact::constraint::context::ContactContext;
+use crate::contact::constraint::duplicate::DriftInterval;
 use crate::contact::constraint::quadratic_change::{ContactPairs, GapChanges, GapDrift};
 use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;

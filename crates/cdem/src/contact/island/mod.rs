@@ -12,8 +12,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::constraint::contact_constraint::Constraint;
-use crate::contact::constraint::contact_point::{ContactHistory, ContactPoint, DriftInterval};
+use crate::contact::constraint::contact_history::ContactHistory;
+use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::constraint::context::ContactContext;
+use crate::contact::constraint::duplicate::DriftInterval;
 use crate::contact::constraint::initial_overlap::ordered;
 use crate::contact::detection::separation_bounds::SeparationBounds;
 use crate::contact::energy::{ContactEnergies, DriftImpulses};

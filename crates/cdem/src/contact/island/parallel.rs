@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::contact::constraint::contact_point::ContactHistory;
+use crate::contact::constraint::contact_history::ContactHistory;
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::energy::{ContactEnergies, DriftImpulses};
 use crate::contact::interior::BodyCoupling;

@@ -5,8 +5,9 @@ use smallvec::SmallVec;
 
 use crate::contact::ccd::instant::instant_of_touch;
 use crate::contact::constraint::active_set::ActiveSetIndex;
-use crate::contact::constraint::contact_point::{ContactPoint, DriftInterval};
+use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::constraint::context::ContactContext;
+use crate::contact::constraint::duplicate::DriftInterval;
 use crate::contact::detection::separation_bounds::SeparationBounds;
 use crate::contact::island::Island;
 use crate::contact::island::quick_check::{ClosureRule, QuickCheck, quick_check};
