@@ -107,27 +107,35 @@ fn a_dry_stone_wall_comes_to_rest() {
     stands("dry-stone-wall", &wall, 10.0 * 5.0 * 2400.0 * 9.81);
 }
 
-/// Contacts give no energy back. While the stones vibrate, the energy of an instant varies by the
-/// square of the step; from 0.3 s on a 1e-4th of the strain energy is kinetic. A correction of the
-/// slips that solves leave gave 7e-4.
+/// Contacts give no energy back. Pressure does work in the gap errors that solves leave. It comes back
+/// with the strain in each vibration of 3 ms: a 1e-4th of the strain energy. So the largest energies in
+/// windows of 10 ms are compared. A correction of the slips that solves leave gave 7e-4.
 #[test]
 #[ignore = "slow study: 46 stones without damping"]
 fn a_wall_without_damping_gains_no_energy() {
+    const WINDOW: f64 = 0.01;
     let mut simulation = load("undamped-wall").start();
-    let (mut least, mut rise, mut strain) = (f64::INFINITY, 0.0_f64, 0.0);
+    let (mut largest, mut strain) = (Vec::new(), 0.0);
     run(&mut simulation, |simulation| {
-        if simulation.time() < 0.3 {
+        let since = simulation.time() - 0.3;
+        if since < 0.0 {
             return;
         }
         let now = simulation.history();
         let energy = now.kinetic_energy + now.strain_energy - now.gravity_work;
-        least = least.min(energy);
-        rise = rise.max(energy - least);
+        let window = (since / WINDOW) as usize;
+        largest.resize(window + 1, f64::NEG_INFINITY);
+        largest[window] = f64::max(largest[window], energy);
         strain = now.strain_energy;
     });
+    let (mut least, mut rise) = (f64::INFINITY, 0.0_f64);
+    for energy in largest {
+        least = least.min(energy);
+        rise = rise.max(energy - least);
+    }
     println!(
         "rise of the energy over the strain energy {:.1e}",
         rise / strain
     );
-    assert!(rise <= 1e-4 * strain, "{rise:e} J of {strain:e} J");
+    assert!(rise <= 5e-5 * strain, "{rise:e} J of {strain:e} J");
 }
