@@ -71,11 +71,6 @@ pub(crate) const MOST_NODES_OF_FEATURE: usize = 4;
 
 // Narrow phase.
 
-/// Largest distance of an end of the shorter of two edges beside the other at which the edges still
-/// count as parallel, relative to the contact resolution. Such edges meet at their ends, late by
-/// this distance at most.
-pub(crate) const CLOSE_TO_PARALLEL: f64 = 0.1;
-
 /// Sine of the angle below which two edges always count as parallel, dimensionless. The round-off
 /// of their feet and normal is ε over the sine.
 pub(crate) const PARALLEL_SINE: f64 = 1e-7;

@@ -176,7 +176,6 @@ impl<const D: usize> GapDrift<'_, D> {
             followed.is_some_and(|(pair, _)| {
                 let turned = surface.normal(pair, then);
                 turned.is_some_and(|turned| dot(&turned, normal) >= MOST_TURN.cos())
-                    && surface.in_normal_cone(pair, then)
             })
         };
         if stays(1.0) {

@@ -178,6 +178,13 @@ impl Distance<3> for Boundary3d {
         }
     }
 
+    fn normal_separates(&self, pair: Pair, at: Configuration<3>) -> bool {
+        match self.feature_pair(pair) {
+            FeaturePair::PointTriangle { .. } => true,
+            FeaturePair::EdgeEdge { .. } => self.in_normal_cone(pair, at),
+        }
+    }
+
     fn target_size(&self, target: u32, at: Configuration<3>) -> f64 {
         match target.checked_sub(self.triangulation.triangles.len() as u32) {
             None => {

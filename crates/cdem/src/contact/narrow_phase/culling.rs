@@ -8,9 +8,7 @@
 
 use crate::contact::surface::boundary_3d::Boundary3d;
 use crate::contact::surface::{Configuration, Pair};
-use crate::contact::tolerances::{
-    CLOSE_TO_PARALLEL, EDGE_TURN_RATE, FACE_TURN_RATE, FLUSH, SIDE_TURN_RATE,
-};
+use crate::contact::tolerances::{EDGE_TURN_RATE, FACE_TURN_RATE, FLUSH, SIDE_TURN_RATE};
 use crate::math::vector::{norm, sub};
 
 // A touch at a corner may belong to any feature there within the contact resolution, so all
@@ -50,7 +48,7 @@ impl Boundary3d {
                 let smallest =
                     edges.map(|edge| self.triangulation.edge_shape(edge, at).least_height);
                 let smallest = crossing.sine * f64::min(smallest[0], smallest[1]);
-                let smallest = f64::max(smallest - CLOSE_TO_PARALLEL * resolution, 0.0);
+                let smallest = f64::max(smallest - resolution, 0.0);
                 let turn = -self.least_cone_margin_at_edges(edges, &crossing.normal, at) - FLUSH;
                 smallest * f64::min(turn / EDGE_TURN_RATE, crossing.outward / SIDE_TURN_RATE)
             });

@@ -1,6 +1,6 @@
 //! An edge against an edge.
 
-use crate::contact::tolerances::{CLOSE_TO_PARALLEL, PARALLEL_SINE};
+use crate::contact::tolerances::PARALLEL_SINE;
 use crate::math::vector::{add_scaled, cross, dot, norm, scale, sub};
 
 /// Two lines with their common normal.
@@ -50,7 +50,7 @@ impl LinePair {
         let lengths = [norm(&along), norm(&other)];
         let sine = size / (lengths[0] * lengths[1]);
         let aside = sine * f64::min(lengths[0], lengths[1]);
-        if aside <= CLOSE_TO_PARALLEL * resolution || sine <= PARALLEL_SINE {
+        if aside <= resolution || sine <= PARALLEL_SINE {
             return None;
         }
         let from = sub(&main[0], &target[0]);

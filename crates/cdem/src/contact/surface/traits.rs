@@ -80,6 +80,12 @@ pub(crate) trait Distance<const D: usize>: Topology<D> {
     /// Returns true if the normal is in the normal cone of the pair. Without this test, flush
     /// corners press sideways (design, section 4.3).
     fn in_normal_cone(&self, pair: Pair, at: Configuration<D>) -> bool;
+    /// Returns true if the normal still separates the two blocks of a contact. A vertex lies on the face
+    /// that gives its normal. The common normal of two edges must stay in their normal cones: it
+    /// turns fast where they are all but parallel.
+    fn normal_separates(&self, _pair: Pair, _at: Configuration<D>) -> bool {
+        true
+    }
     /// Returns the size of the target feature, m.
     fn target_size(&self, target: u32, at: Configuration<D>) -> f64;
     /// Returns the contact point on the main feature, m.

@@ -12,9 +12,9 @@ use crate::mesh::{Element, ElementKind, Mesh, MeshBlock};
 
 proptest! {
     /// Ridges that fall across each other touch in time, however small the angle between them.
-    /// Either the edges touch, or the ends of the upper edge do. The ends do if they lie beside the
-    /// lower edge by at most a tenth of the resolution, or by a ten millionth of their length, and
-    /// they sink in on its slopes by as much.
+    /// Either the edges touch, or the ends of the upper edge do. The ends do if each lies beside the
+    /// lower edge by at most half of the resolution, or by a ten millionth of its length, and they
+    /// sink in on its slopes by as much.
     #[test]
     fn ridges_that_are_all_but_parallel_touch_in_time(
         angle in (-9.0..-1.0_f64).prop_map(|power| 10.0_f64.powf(power)),
@@ -37,7 +37,7 @@ proptest! {
         });
         let first = times.fold(f64::MAX, f64::min);
         let late = size * (first - 0.1);
-        prop_assert!(late <= 0.11 * resolution + 1.1e-7 * size, "{late:e}");
+        prop_assert!(late <= 0.51 * resolution + 1.1e-7 * size, "{late:e}");
         // Edges, their distance and its change in a second are at most 3 sizes long.
         let round_off = 3.0 * VOLUME_ROUND_OFF / f64::max(angle, 1e-7) * size;
         prop_assert!(late >= -round_off, "{late:e}");
