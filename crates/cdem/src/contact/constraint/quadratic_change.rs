@@ -165,8 +165,8 @@ impl<const D: usize> GapDrift<'_, D> {
         Some(jacobian.quadratic_change(gap, motion.velocity, part * duration))
     }
 
-    /// Returns the part of the drift, at most 1, in which a sliding contact stays on the surface, its pair
-    /// may touch, and its `normal` turns by less than [`MOST_TURN`]; `None` if it parts at once.
+    /// Returns the part of the drift, at most 1, in which a sliding contact [lasts](ContactPoint::followed),
+    /// and its `normal` turns by less than [`MOST_TURN`]; `None` if it parts at once.
     fn part_together(&self, contact: &ContactPoint<D>, normal: &[f64; D]) -> Option<f64> {
         let surface = self.context.surface;
         let taken = |pair| self.pairs.contains(pair);
