@@ -50,6 +50,8 @@ pub(crate) struct Run {
     /// State at t = 0.
     pub(crate) start: Observation,
     pub(crate) times: Times,
+    /// Warnings told on the way.
+    pub(crate) told: Vec<String>,
     /// True if the time of each stage is to be reported at the end.
     pub(crate) profile: bool,
 }
@@ -120,7 +122,9 @@ impl Run {
         let recording = self.recording;
         let summary = recording.summary(&mut self.simulation, wall, &ended.end);
         for warning in self.simulation.warnings() {
-            warn(&warning);
+            if !self.told.contains(&warning) {
+                warn(&warning);
+            }
         }
         let folder = recording.folder().to_owned();
         let goes_on = ended.end.status == Status::Interrupted && recording.has_checkpoint();
@@ -176,6 +180,7 @@ impl Run {
             }
             for warning in self.simulation.take_loss_warnings() {
                 progress.suspend(|| warn(&warning));
+                self.told.push(warning);
             }
             progress.update(|| self.position());
         };

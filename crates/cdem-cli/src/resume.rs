@@ -58,6 +58,7 @@ fn go_on(args: &ResumeArgs, unfinished: Unfinished, began: Instant) -> Result<Ru
             setup,
             ..Times::default()
         },
+        told: Vec::new(),
         profile: args.profile,
     })
 }

@@ -54,6 +54,7 @@ fn start(args: &RunArgs) -> Result<Run, Failure> {
             setup,
             ..Times::default()
         },
+        told: Vec::new(),
         profile: args.profile,
     })
 }

@@ -124,11 +124,17 @@ impl<const D: usize> Contacts<D> {
     pub(crate) fn find(&mut self, at: Configuration<D>, speeds: &[f64], number: u64) -> bool {
         let blocks = self.model_data.search_context();
         let may_meet = |blocks| self.model_data.may_touch(blocks);
+        let ContactWorkspace { search, lists, .. } = &mut self.workspace;
+        lists.touching.clear();
+        let contacts = self.state.contact_points();
+        let touching = contacts.map(|contact| contact.history.blocks);
+        lists.touching.extend(touching);
+        lists.touching.dedup();
         let speeds = StepSpeeds {
+            touching: &lists.touching,
             bounds: speeds,
             step: self.model_data.coarse_step,
         };
-        let ContactWorkspace { search, lists, .. } = &mut self.workspace;
         self.state.search_overrun |= search.track(&blocks, at, &self.state.near_pairs, &may_meet);
         search.find_near(&blocks, at, speeds, &may_meet, &mut lists.near_pairs);
         self.state.motion_bounds.clear();

@@ -128,6 +128,8 @@ pub(super) struct StepLists {
     pub(super) near_or_closed: Vec<Pair>,
     pub(super) closed_beyond: Vec<Pair>,
     pub(super) joins: Vec<(Pair, u64)>,
+    /// Pairs of blocks in contact.
+    pub(super) touching: Vec<[u32; 2]>,
     /// Index of the island of each near pair.
     pub(super) islands: Vec<Option<usize>>,
 }

@@ -40,7 +40,7 @@ struct PastImpact {
     refused: Option<(u32, RefinementLimit)>,
 }
 
-/// Time, s, and speed, m/s, of two blocks that are about to touch.
+/// Predicted time, s, and speed, m/s, of the first touch of two blocks.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Approach {
     pub(crate) time: f64,

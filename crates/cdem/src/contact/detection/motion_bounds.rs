@@ -10,27 +10,37 @@ use crate::contact::surface::Configuration;
 use crate::contact::tolerances::BOUND_CHECKS_PER_TASK;
 
 impl<const D: usize> CandidateSearch<D> {
-    /// Gives blocks that may touch each other the largest motion bound among them. Tests the
-    /// candidates of blocks with an increased bound again, until no bound increases.
-    pub(super) fn spread_motion_bounds(&mut self, blocks: &SearchContext<D>, at: Configuration<D>) {
+    /// Gives blocks that touch, or may touch, each other the largest motion bound among them. Tests
+    /// the candidates of blocks with an increased bound again, until no bound increases.
+    pub(super) fn spread_motion_bounds(
+        &mut self,
+        blocks: &SearchContext<D>,
+        at: Configuration<D>,
+        touching: &[[u32; 2]],
+    ) {
         let count = self.blocks.len();
         let SearchLists {
             block_sets,
             set_motion_bounds,
+            near_blocks,
             ..
         } = &mut self.lists;
         block_sets.reset(count);
         set_motion_bounds.clear();
         set_motion_bounds.extend(self.blocks.iter().map(|block| block.motion_bound));
+        near_blocks.clear();
+        near_blocks.extend(touching);
         let mut joined = 0;
-        while joined < self.found.len() {
-            self.list_blocks_near(joined);
+        loop {
             self.join_near(blocks.fixed);
-            joined = self.found.len();
-            self.list_blocks_near(0);
             if self.raise() {
                 self.retest_raised(blocks, at);
             }
+            if joined == self.found.len() {
+                return;
+            }
+            self.list_blocks_near(joined);
+            joined = self.found.len();
         }
     }
 
@@ -52,25 +62,19 @@ impl<const D: usize> CandidateSearch<D> {
         block_sets.flatten();
     }
 
-    /// Gives the listed blocks the largest motion bound of their set. Returns true if any bound
-    /// increases.
+    /// Gives each block the largest motion bound of its set. Returns true if any bound increases.
     fn raise(&mut self) -> bool {
         let SearchLists {
             block_sets,
             set_motion_bounds,
-            near_blocks,
             raised,
             ..
         } = &mut self.lists;
         raised.clear();
-        raised.resize(self.blocks.len(), false);
-        for &block in near_blocks.as_flattened() {
-            let motion_bound = &mut self.blocks[block as usize].motion_bound;
-            let most = set_motion_bounds[block_sets.root(block) as usize];
-            if most > *motion_bound {
-                *motion_bound = most;
-                raised[block as usize] = true;
-            }
+        for (number, block) in self.blocks.iter_mut().enumerate() {
+            let most = set_motion_bounds[block_sets.root(number as u32) as usize];
+            raised.push(most > block.motion_bound);
+            block.motion_bound = block.motion_bound.max(most);
         }
         raised.contains(&true)
     }

@@ -286,7 +286,7 @@ impl<const D: usize> Run<D> {
         let until = self.until(ZONE_TRANSITS * transit);
         let energy = adaptivity.record_impact(blocks, 0.5 * fastest * fastest / mobility, until);
         let target = adaptivity.refinement_target(&impacts, energy);
-        adaptivity.record_target(blocks, &target, self.approach_at(fastest));
+        adaptivity.record_target(blocks, &target, self.approach_at(places, fastest));
         let are_flush = ImpactPrediction::are_flush(&impacts);
         for (impact, sizes) in impacts.iter().zip(target.sizes) {
             adaptivity.request_zone(impact, sizes, are_flush, until);
@@ -326,12 +326,13 @@ impl<const D: usize> Run<D> {
         let energy = 0.5 * rest_speed * rest_speed / mobility;
         adaptivity.record_impact(blocks, energy, until);
         let target = adaptivity.target_at_rest(&impacts);
-        adaptivity.record_target(blocks, &target, self.approach_at(fastest));
+        adaptivity.record_target(blocks, &target, self.approach_at(places, fastest));
     }
 
-    /// Returns the present approach of two blocks at a speed, m/s.
-    fn approach_at(&self, speed: f64) -> Approach {
-        let time = self.time();
+    /// Returns the approach of two blocks at a speed, m/s, until the first touch of these places.
+    fn approach_at(&self, places: &[PredictedImpact<D>], speed: f64) -> Approach {
+        let waits = places.iter().map(|place| place.wait);
+        let time = self.time() + waits.fold(f64::INFINITY, f64::min);
         Approach { time, speed }
     }
 

@@ -62,6 +62,8 @@ pub(crate) struct SearchContext<'a, const D: usize> {
 /// Speed bounds of the blocks in a coarse step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepSpeeds<'a> {
+    /// Blocks in contact, which may hand on their speeds across any gap.
+    pub(crate) touching: &'a [[u32; 2]],
     /// Speed bound of each block, m/s.
     pub(crate) bounds: &'a [f64],
     /// Coarse step, s.
@@ -208,7 +210,7 @@ impl<const D: usize> CandidateSearch<D> {
                 self.broad_phase(blocks, at, may_meet);
             }
             self.test_all(blocks, at);
-            self.spread_motion_bounds(blocks, at);
+            self.spread_motion_bounds(blocks, at, speeds.touching);
             if !self.blocks.iter().any(exceeds) {
                 break;
             }

@@ -97,6 +97,7 @@ impl Cost {
         let may_meet = |blocks| contacts.model_data.may_touch(blocks);
         let near = &mut contacts.state.near_pairs;
         let speeds = StepSpeeds {
+            touching: &[],
             bounds: &speeds,
             step,
         };

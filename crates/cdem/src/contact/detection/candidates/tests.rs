@@ -153,7 +153,7 @@ proptest! {
         let crowd = Crowd::new(stones);
         let still = vec![[0.0; 2]; crowd.block_of.len()];
         let [mut whole, mut late] = [CandidateSearch::default(), CandidateSearch::default()];
-        let (speeds, mut near) = (StepSpeeds { bounds: &crowd.speeds, step }, Vec::new());
+        let (speeds, mut near) = (StepSpeeds { touching: &[], bounds: &crowd.speeds, step }, Vec::new());
         for number in 0..40 {
             let nodes = crowd.positions(step * number as f64);
             let at = Configuration::new(&nodes, &still);
@@ -199,6 +199,7 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
                 crowd.may_meet(blocks)
             });
             let speeds = StepSpeeds {
+                touching: &[],
                 bounds: &crowd.speeds,
                 step: 0.1,
             };
@@ -212,6 +213,34 @@ fn who_goes_farther_than_reckoned_with_is_told_of_where_it_matters() {
     assert!(exceeded_bounds(-1.0, 0.0), "to where the fixed stone is");
     assert!(!exceeded_bounds(0.0, 5.0), "far, but nothing is there");
     assert!(exceeded_bounds(0.0, -48.0), "far, to where the others are");
+}
+
+/// Blocks closed with a gap at t = 0 are farther apart than they move in a step.
+#[test]
+fn blocks_in_contact_share_their_motion_bound_across_any_gap() {
+    let stone = |x| Stone {
+        centre: [x, 0.0],
+        radius: 0.5,
+        velocity: [0.0; 2],
+        spin: 0.0,
+    };
+    let mut crowd = Crowd::new([0.0, 20.0, 40.0, 60.0].map(stone).to_vec());
+    crowd.speeds = vec![0.0, 0.1, 0.0, 0.0];
+    let nodes = crowd.positions(0.0);
+    let still = vec![[0.0; 2]; nodes.len()];
+    let mut search = CandidateSearch::default();
+    let speeds = StepSpeeds {
+        touching: &[[0, 1], [1, 2], [0, 3]],
+        bounds: &crowd.speeds,
+        step: 0.1,
+    };
+    let at = Configuration::new(&nodes, &still);
+    let may_meet = |blocks| crowd.may_meet(blocks);
+    search.find_near(&crowd.blocks(), at, speeds, &may_meet, &mut Vec::new());
+    let [fixed, fast, hit, slow] =
+        [0, 1, 2, 3].map(|block: usize| search.blocks[block].motion_bound);
+    assert_eq!(hit, fast);
+    assert!(fast > 2.0 * slow && slow > fixed, "{fast} {slow} {fixed}");
 }
 
 /// Two meshed boxes, one of which overlaps the other at a corner.
@@ -353,7 +382,7 @@ proptest! {
             let at = Configuration::new(&mesh.nodes, &displacement);
             // The motion bounds are smaller than the displacements of nodes, so that more depends
             // on the bounds.
-            let (speeds, mut near) = (StepSpeeds { bounds: &speeds, step: 0.05 * step }, Vec::new());
+            let (speeds, mut near) = (StepSpeeds { touching: &[], bounds: &speeds, step: 0.05 * step }, Vec::new());
             for (search, from) in [(&mut whole, 0), (&mut late, from)] {
                 if (number as usize) < from {
                     continue;
@@ -408,6 +437,7 @@ fn what_was_left_out_comes_near_as_a_face_warps() {
         let warped: Vec<[f64; 3]> = warped.collect();
         let at = Configuration::new(&mesh.nodes, &warped);
         let speeds = StepSpeeds {
+            touching: &[],
             bounds: &[0.0, 1e-3],
             step: 1e-3,
         };
