@@ -50,7 +50,7 @@ pub(crate) struct Run {
     /// State at t = 0.
     pub(crate) start: Observation,
     pub(crate) times: Times,
-    /// Warnings told on the way.
+    /// Warnings of losses that the user has seen during the run.
     pub(crate) told: Vec<String>,
     /// True if the time of each stage is to be reported at the end.
     pub(crate) profile: bool,

@@ -51,9 +51,12 @@ impl<const D: usize> Island<D> {
         self.contact_points.retain_mut(|contact| {
             contact.is_sticking = false; // the foot follows the point; the springs do not
             let is_on_surface = contact.track_target(context, motion.positions(), |_| false);
-            let kick = is_on_surface
-                .then(|| contact.spring(context, motion, kick.before, interval, energies))
-                .flatten();
+            let kick = if is_on_surface {
+                contact.spring(context, motion, kick.before, interval, energies)
+            } else {
+                contact.book_springs(surface, motion.positions(), energies);
+                None
+            };
             let Some(jacobian) = kick else {
                 ended.push(contact.history.clone());
                 return false;
@@ -92,9 +95,7 @@ impl<const D: usize> ContactPoint<D> {
         };
         let normal = self.law.normal_stiffness * overlap;
         if normal <= -self.law.tensile_strength * bond {
-            // The energy left in the springs is lost with the contact.
-            let left = self.spring_energy(surface, motion.positions());
-            *energies.slip_loss(self.is_joint) += left;
+            self.book_springs(surface, motion.positions(), energies);
             return None;
         }
         let stiffness = self.law.shear_stiffness;
@@ -114,6 +115,16 @@ impl<const D: usize> ContactPoint<D> {
         self.interval = interval;
         self.history.count(&[0.0; D], &self.impulse);
         Some(jacobian)
+    }
+
+    /// Books the energy left in the springs, which is lost with the contact.
+    fn book_springs(
+        &self,
+        surface: &dyn Surface<D>,
+        at: Configuration<D>,
+        energies: &mut ContactEnergies,
+    ) {
+        *energies.slip_loss(self.is_joint) += self.spring_energy(surface, at);
     }
 
     /// Reduces the shear of `force` to the friction limit, and the springs with it. `last` are

@@ -40,7 +40,7 @@ struct PastImpact {
     refused: Option<(u32, RefinementLimit)>,
 }
 
-/// Predicted time, s, and speed, m/s, of the first touch of two blocks.
+/// Time of the first touch of two blocks, s, and their largest approach speed, m/s.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Approach {
     pub(crate) time: f64,

@@ -135,7 +135,8 @@ impl<const D: usize> ContactPoint<D> {
         if beside.outside > 0.0 || beside.gap >= deep {
             return false;
         }
-        // The plane of a target that this contact has left by then does not hold the pair.
+        // A target that this contact has left by then, or a normal that no longer separates the blocks,
+        // does not hold the pair.
         let held = if self.is_sticking {
             self.pair
         } else {

@@ -1,4 +1,4 @@
-//! Common motion bounds of blocks that may touch each other, because the fastest may hand on its
+//! Common motion bounds of blocks that touch, or may touch, each other, because the fastest may hand on its
 //! velocity.
 
 use rayon::prelude::*;

@@ -37,8 +37,12 @@ impl Boundary3d {
     }
 
     pub(crate) fn lines(&self, main: u32, target: u32, at: Configuration<3>) -> Option<LinePair> {
-        let [main, target] = [main, target].map(|edge| self.triangulation.edge(edge, at));
-        LinePair::new(&main, &target, self.triangulation.resolution)
+        let [one, other] = [main, target].map(|edge| self.triangulation.edge(edge, at));
+        let slope = || {
+            let [one, other] = [main, target].map(|edge| self.triangulation.slope(edge, at));
+            f64::max(one, other)
+        };
+        LinePair::new(&one, &other, self.triangulation.resolution, slope)
     }
 
     /// Returns a direction out of the target edge and into the main edge.

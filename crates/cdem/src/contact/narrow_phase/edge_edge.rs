@@ -37,12 +37,15 @@ pub(crate) struct LinePair {
 }
 
 impl LinePair {
-    /// Returns the lines through two edges, for contact within `resolution`, m; `None` if they are
-    /// parallel.
+    /// Returns the lines through two edges; `None` if they are parallel. They are if the ends of the
+    /// shorter one lie beside the other by no more than the `resolution`, m, over the `slope` of the
+    /// faces there. Such edges touch at their ends: late by half of the resolution if they cross in
+    /// the middle, else by less. The slope is taken of few edges only.
     pub(crate) fn new(
         main: &[[f64; 3]; 2],
         target: &[[f64; 3]; 2],
         resolution: f64,
+        slope: impl FnOnce() -> f64,
     ) -> Option<Self> {
         let (along, other) = (sub(&main[1], &main[0]), sub(&target[1], &target[0]));
         let area = cross(&along, &other);
@@ -50,7 +53,7 @@ impl LinePair {
         let lengths = [norm(&along), norm(&other)];
         let sine = size / (lengths[0] * lengths[1]);
         let aside = sine * f64::min(lengths[0], lengths[1]);
-        if aside <= resolution || sine <= PARALLEL_SINE {
+        if sine <= PARALLEL_SINE || aside <= resolution && aside * slope() <= resolution {
             return None;
         }
         let from = sub(&main[0], &target[0]);

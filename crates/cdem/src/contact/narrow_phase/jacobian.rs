@@ -1,6 +1,6 @@
 //! Contact Jacobians in 3-D.
 
-use crate::contact::narrow_phase::edge_edge::{LinePair, NormalRotation};
+use crate::contact::narrow_phase::edge_edge::NormalRotation;
 use crate::contact::narrow_phase::point_triangle::TriangleMotion;
 use crate::contact::surface::boundary_3d::Boundary3d;
 use crate::contact::surface::{Configuration, ContactJacobian, JacobianAnchor, Pair};
@@ -42,7 +42,7 @@ impl Boundary3d {
         let [one, other] = [main, target].map(|edge| self.triangulation.edge(edge, at));
         let outward = anchor.along.copied();
         let outward = outward.unwrap_or_else(|| self.outward(main, target, at));
-        let lines = LinePair::new(&one, &other, self.triangulation.resolution);
+        let lines = self.lines(main, target, at);
         let crossing = lines.map(|lines| lines.between(&outward));
         let along = sub(&one[1], &one[0]);
         let are_parallel = crossing.is_none();

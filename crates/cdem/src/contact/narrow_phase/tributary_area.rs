@@ -25,6 +25,8 @@ struct ProjectedFacet {
     corners: SmallVec<[[f64; 2]; 4]>,
     /// True for each sharp edge.
     sharp: SmallVec<[bool; 4]>,
+    /// Contact resolution of the boundary, m.
+    resolution: f64,
 }
 
 /// Overlap of two facets; two quadrilaterals have up to eight corners.
@@ -82,6 +84,7 @@ impl ProjectedFacet {
             sharp: sharp.collect(),
             vertices,
             corners,
+            resolution: boundary.triangulation.resolution,
         }
     }
 
@@ -98,13 +101,23 @@ impl ProjectedFacet {
         edges.filter_map(|((&a, &b), &sharp)| sharp.then_some([a, b]))
     }
 
-    fn has_on_sharp_edge(&self, point: &[f64; 2], resolution: f64) -> bool {
-        let next = self.corners.iter().cycle().skip(1);
-        let mut edges = self.corners.iter().zip(next).zip(&self.sharp);
-        edges.any(|((a, b), &sharp)| {
+    /// Returns true if a sharp edge crosses one of another facet at a point.
+    fn crosses_at(&self, other: &Self, point: &[f64; 2], resolution: f64) -> bool {
+        let is_there = |[a, b]: &[[f64; 2]; 2]| {
             let along = sub(b, a);
-            sharp && cross2(&along, &sub(point, a)).abs() <= resolution * norm(&along)
+            cross2(&along, &sub(point, a)).abs() <= resolution * norm(&along)
+        };
+        self.sharp_edges().filter(is_there).any(|own| {
+            let mut others = other.sharp_edges().filter(is_there);
+            others.any(|edge| !self.are_parallel(own, edge))
         })
+    }
+
+    /// Returns true if two edges are parallel, and so have no contact of their own
+    /// ([`LinePair`](crate::contact::narrow_phase::edge_edge::LinePair)).
+    fn are_parallel(&self, [a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
+        let (one, other) = (sub(&b, &a), sub(&d, &c));
+        cross2(&one, &other).abs() <= self.resolution * f64::max(norm(&one), norm(&other))
     }
 
     /// Returns true if a point lies on the facet.
@@ -334,8 +347,7 @@ fn area_of_corner(
     let touches = |point: &[f64; 2]| {
         one.has_vertex(point, resolution)
             || other.has_vertex(point, resolution)
-            || one.has_on_sharp_edge(point, resolution)
-                && other.has_on_sharp_edge(point, resolution)
+            || one.crosses_at(other, point, resolution)
     };
     let middle = mean(piece);
     let count = piece.len();
@@ -385,7 +397,8 @@ fn crossings(patch: &ProjectedFacet, beneath: &[ProjectedFacet], resolution: f64
                 let mut known = crossings.iter();
                 known.any(|one| norm(&sub(one, point)) <= resolution)
             };
-            crossings.extend(crossing(own, other).filter(|point| !is_known(point)));
+            let found = crossing(own, other).filter(|point| !is_known(point));
+            crossings.extend(found.filter(|_| !patch.are_parallel(own, other)));
         }
     }
     crossings

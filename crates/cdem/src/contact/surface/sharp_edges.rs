@@ -23,6 +23,12 @@ impl Triangulation {
         ridge.height * widened > SAGITTA * self.resolution
     }
 
+    /// Returns the slope of the faces beside a straight edge against a plane that it is laid on, 1 or
+    /// more: the height that a point loses over its distance from the edge.
+    pub(crate) fn slope(&self, edge: u32, at: Configuration<3>) -> f64 {
+        f64::max(1.0, (0.5 * self.turn(edge, at)).tan())
+    }
+
     /// Returns true if an edge is surely not [sharp](Self::is_sharp_under), by a test without a
     /// root. Most edges of meshed faces that lie on each other are so.
     ///

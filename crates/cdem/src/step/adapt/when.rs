@@ -329,10 +329,11 @@ impl<const D: usize> Run<D> {
         adaptivity.record_target(blocks, &target, self.approach_at(places, fastest));
     }
 
-    /// Returns the approach of two blocks at a speed, m/s, until the first touch of these places.
+    /// Returns when two blocks first touch at these places, with their largest approach speed, m/s.
     fn approach_at(&self, places: &[PredictedImpact<D>], speed: f64) -> Approach {
-        let waits = places.iter().map(|place| place.wait);
-        let time = self.time() + waits.fold(f64::INFINITY, f64::min);
+        let times = places.iter();
+        let times = times.map(|place| place.since.unwrap_or(self.time() + place.wait));
+        let time = times.fold(f64::INFINITY, f64::min);
         Approach { time, speed }
     }
 

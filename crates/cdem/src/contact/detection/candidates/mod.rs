@@ -4,8 +4,8 @@
 //! and r the contact resolution. A pair is near if its features are no farther apart than s₁ + s₂ +
 //! r *and* their [exclusion length](crate::contact::surface::Distance::exclusion) is no more than
 //! s₁ + s₂: the orientation of most pairs at such distances rules out contact, as of corners of
-//! stones side by side and of edges within flat faces. So the near pairs follow from positions and
-//! speeds alone.
+//! stones side by side and of edges within flat faces. So the near pairs follow from positions, speeds
+//! and contacts alone.
 //!
 //! Nothing is computed twice without need:
 //! - A broad phase finds candidates, which serve for many steps. Each block has an allowance for its
@@ -19,7 +19,7 @@
 //! - Candidates that cannot be near for some steps are not even compared
 //!   ([`active_candidates`](crate::contact::detection::active_candidates)).
 //!
-//! A motion bound is sound for a block that nothing touches in the step. Blocks that may touch each
+//! A motion bound is sound for a block that nothing touches in the step. Blocks that touch, or may touch, each
 //! other may take each other's velocity, and hand it on, so they all get the largest bound among
 //! them. That may make more pairs near, and so on. Since bounds only grow, the result does not
 //! depend on the order.

@@ -5,7 +5,9 @@ use super::{
     over_roof_3d, pair, plane, space, tip_2d, tip_3d,
 };
 use crate::contact::narrow_phase::feature_selection::{are_one_contact, has_one_normal};
+use crate::contact::surface::boundary_3d::Boundary3d;
 use crate::contact::surface::{Configuration, Distance};
+use crate::mesh::Mesh;
 
 #[test]
 fn a_vertex_in_the_plane_is_projected_on_an_edge() {
@@ -79,17 +81,43 @@ fn two_crossed_edges_have_a_gap_and_feet() {
     assert!(boundary.in_normal_cone(pair, at));
 }
 
-#[test]
-fn parallel_edges_have_no_normal_and_no_gap() {
+/// Turns the keel along the ridge, with its ends aside and above it, m. Its faces have a slope of 1.
+fn along_ridge(ends: [[f64; 2]; 2]) -> (Mesh<3>, Boundary3d) {
     let (mut mesh, boundary) = over_roof_3d(ROOF, keel([0.0, 0.0, 0.25]));
-    for (node, x) in [(5, -1.0), (6, 1.0)] {
-        mesh.nodes[node] = [x, 0.0, 0.25];
+    for (node, x, [y, z]) in [(5, -1.0, ends[0]), (6, 1.0, ends[1])] {
+        mesh.nodes[node] = [x, y, z];
     }
-    let at = Configuration::at_rest(&mesh.nodes);
-    let pair = pair(&boundary, &space::RIDGE, &space::KEEL);
-    assert_eq!(boundary.normal(pair, at), None);
-    assert_eq!(boundary.gap(pair, at, Some(&[0.0, 0.0, 1.0])), None);
-    assert_eq!(boundary.project(pair, at).outside, f64::INFINITY);
+    for (node, y) in [(7, -4.0), (8, 4.0)] {
+        mesh.nodes[node] = [0.0, y, 4.25];
+    }
+    (mesh, boundary)
+}
+
+#[test]
+fn edges_aside_by_no_more_than_the_resolution_have_no_normal_and_no_gap() {
+    for (aside, are_parallel) in [(0.0, true), (0.9, true), (1.1, false)] {
+        let y = 0.5 * aside * TOLERANCE;
+        let (mesh, boundary) = along_ridge([[-y, 0.25], [y, 0.25]]);
+        let at = Configuration::at_rest(&mesh.nodes);
+        let pair = pair(&boundary, &space::RIDGE, &space::KEEL);
+        assert_eq!(boundary.normal(pair, at).is_none(), are_parallel, "{aside}");
+        let gap = boundary.gap(pair, at, Some(&[0.0, 0.0, 1.0]));
+        assert_eq!(gap.is_none(), are_parallel, "{aside}");
+        let outside = boundary.project(pair, at).outside;
+        assert_eq!(outside == f64::INFINITY, are_parallel, "{aside}");
+        assert_eq!(boundary.normal_separates(pair, at), !are_parallel);
+    }
+}
+
+#[test]
+fn a_normal_of_edges_that_leaves_their_cones_does_not_separate() {
+    // The normal is steeper than the sides of the roof by a fifth, or less so.
+    for (rise, separates) in [(0.9, false), (0.6, true)] {
+        let (mesh, boundary) = along_ridge([[-0.1, 0.25 - 0.1 * rise], [0.1, 0.25 + 0.1 * rise]]);
+        let at = Configuration::at_rest(&mesh.nodes);
+        let pair = pair(&boundary, &space::RIDGE, &space::KEEL);
+        assert_eq!(boundary.normal_separates(pair, at), separates);
+    }
 }
 
 #[test]
@@ -213,6 +241,8 @@ fn the_cone_of_a_corner_in_space_holds_normals_whose_plane_no_edge_enters() {
         let at = Configuration::at_rest(&mesh.nodes);
         let pair = pair(&boundary, &[space::TIP], &space::SIDE);
         assert_eq!(boundary.in_normal_cone(pair, at), is_in_cone);
+        // The normal of a face separates all the same.
+        assert!(boundary.normal_separates(pair, at));
     }
 }
 

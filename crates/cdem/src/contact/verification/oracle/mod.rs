@@ -37,7 +37,8 @@ struct Tally {
 /// Returns the largest penetration, and the largest distance at the touch, m. Both may reach the
 /// resolution if blocks lie or move within the resolution of each other's corners and faces. A corner
 /// that crosses the far side of a corner touches a little earlier or later than in front. Nearly
-/// parallel edges touch within round-off over the sine of their angle.
+/// parallel edges touch within round-off over the sine of their angle, or at their ends if they count
+/// as parallel.
 fn allowed(draw: DrawnBlocks) -> f64 {
     if draw.noisy || draw.rests {
         TOLERANCE
