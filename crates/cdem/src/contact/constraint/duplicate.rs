@@ -135,8 +135,7 @@ impl<const D: usize> ContactPoint<D> {
         if beside.outside > 0.0 || beside.gap >= deep {
             return false;
         }
-        // A target that this contact has left by then, or a normal that no longer separates the blocks,
-        // does not hold the pair.
+        // The plane of a target that this contact has left by then does not hold the pair.
         let held = if self.is_sticking {
             self.pair
         } else {

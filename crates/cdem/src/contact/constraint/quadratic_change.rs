@@ -165,8 +165,9 @@ impl<const D: usize> GapDrift<'_, D> {
         Some(jacobian.quadratic_change(gap, motion.velocity, part * duration))
     }
 
-    /// Returns the part of the drift, at most 1, in which a sliding contact [lasts](ContactPoint::followed),
-    /// and its `normal` turns by less than [`MOST_TURN`]; `None` if it parts at once.
+    /// Returns the part of the drift, at most 1, in which a sliding contact stays on the surface, its
+    /// normal separates the blocks, and turns from `normal` by less than [`MOST_TURN`]; `None` if it
+    /// parts at once.
     fn part_together(&self, contact: &ContactPoint<D>, normal: &[f64; D]) -> Option<f64> {
         let surface = self.context.surface;
         let taken = |pair| self.pairs.contains(pair);
@@ -176,6 +177,7 @@ impl<const D: usize> GapDrift<'_, D> {
             followed.is_some_and(|(pair, _)| {
                 let turned = surface.normal(pair, then);
                 turned.is_some_and(|turned| dot(&turned, normal) >= MOST_TURN.cos())
+                    && surface.normal_separates(pair, then)
             })
         };
         if stays(1.0) {

@@ -36,7 +36,8 @@ impl<const D: usize> ContactPoint<D> {
     /// Moves the foot of a sliding contact to its point, and on to neighbouring target
     /// features. `taken` is true for the pairs of other contacts. The contact does not move on
     /// to such a pair around a re-entrant corner, nor past an end of the surface. Returns false if
-    /// the contact has [ended there](Self::followed).
+    /// the point has left the surface, or if the normal no longer
+    /// [separates](crate::contact::surface::Distance::normal_separates) the two blocks.
     pub(crate) fn track_target(
         &mut self,
         context: &ContactContext<D>,
@@ -49,6 +50,9 @@ impl<const D: usize> ContactPoint<D> {
         let Some((pair, projection)) = self.followed(context, at, taken) else {
             return false;
         };
+        if !context.surface.normal_separates(pair, at) {
+            return false;
+        }
         if pair != self.pair {
             self.rotate_frame(context.surface, pair, at);
         }
@@ -57,9 +61,8 @@ impl<const D: usize> ContactPoint<D> {
     }
 
     /// Returns the pair of a sliding contact whose foot has followed its point to these positions,
-    /// and its projection. Returns `None` if the point has left the surface by more than the contact
-    /// resolution, a margin that keeps flush corners from flickering, or if the normal no longer
-    /// [separates](crate::contact::surface::Distance::normal_separates) the two blocks.
+    /// and its projection; `None` if the point has left the surface by more than the contact
+    /// resolution. The margin keeps flush corners from flickering.
     pub(crate) fn followed(
         &self,
         context: &ContactContext<D>,
@@ -76,10 +79,7 @@ impl<const D: usize> ContactPoint<D> {
             let is_free =
                 |next: &Pair| !(taken(*next) && surface.is_reentrant_pair(pair, *next, at));
             let Some(next) = next.filter(is_free) else {
-                if projection.outside > resolution {
-                    return None;
-                }
-                break;
+                return (projection.outside <= resolution).then_some((pair, projection));
             };
             let before = projection.outside;
             projection = surface.project(next, at);
@@ -89,9 +89,7 @@ impl<const D: usize> ContactPoint<D> {
                 break;
             }
         }
-        surface
-            .normal_separates(pair, at)
-            .then_some((pair, projection))
+        Some((pair, projection))
     }
 
     /// Returns the gap at the end of a straight path, m, to the target that the contact has moved on to
