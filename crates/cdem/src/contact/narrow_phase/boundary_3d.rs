@@ -177,6 +177,7 @@ impl Distance<3> for Boundary3d {
                 let crossing = self.edge_edge(main, target, at);
                 crossing.is_some_and(|crossing| {
                     self.least_cone_margin_at_edges([main, target], &crossing.normal, at) >= -FLUSH
+                        && self.is_between([main, target], &crossing.normal, at)
                 })
             }
         }

@@ -154,6 +154,20 @@ impl Boundary3d {
         both.flat_map(of).fold(f64::MAX, f64::min)
     }
 
+    /// Returns true if a normal points out of the block of the target edge and into that of the main
+    /// edge. Without this test, flat edges beside each other in faces that end together, as those of
+    /// a wall, press against each other: a wall got ten times its energy.
+    pub(crate) fn is_between(
+        &self,
+        edges: [u32; 2],
+        normal: &[f64; 3],
+        at: Configuration<3>,
+    ) -> bool {
+        let [main, target] = edges.map(|edge| dot(&self.triangulation.outward(edge, at), normal));
+        // Two unit normals each.
+        main <= 2.0 * FLUSH && target >= -2.0 * FLUSH
+    }
+
     /// Returns the pair of a vertex that leaves a triangle with the next triangle beyond the edge;
     /// `None` if the surface turns by a right angle or more there.
     pub(crate) fn next_triangle(

@@ -34,6 +34,38 @@ fn contacts_of(boundary: &Boundary3d, at: Configuration<3>, resolution: f64) -> 
     contacts
 }
 
+/// Faces that end together are no contact, though their edges cross where the blocks touch.
+#[test]
+fn stacked_cubes_touch_along_the_vertical_only() {
+    let cube = |name: &str, low: f64| {
+        let geometry = Geometry::Box {
+            min: vec![0.0, 0.0, low],
+            max: vec![1.0, 1.0, low + 1.0],
+            divisions: vec![2; 3],
+            element: ElementKind::Hex8,
+        };
+        mesh::tests::block(name, geometry)
+    };
+    let blocks = vec![cube("below", -1.0), cube("above", 0.0)];
+    let mesh: Mesh<3> = mesh::tests::shapes(blocks).expect("boxes mesh");
+    let still = vec![[0.0; 3]; mesh.nodes.len()];
+    let at = Configuration::new(&mesh.nodes, &still);
+    let boundary = Boundary3d::new(&mesh, 1e-6);
+    let mut crossings = 0;
+    for pair in all_pairs(&boundary) {
+        let projection = boundary.project(pair, at);
+        if projection.gap.abs() > 1e-6 || projection.outside > 1e-6 {
+            continue;
+        }
+        crossings += 1;
+        if boundary.in_normal_cone(pair, at) {
+            let normal = boundary.normal(pair, at).expect("it has a projection");
+            assert!(normal[2].abs() > 1.0 - 1e-12, "{pair:?}: {normal:?}");
+        }
+    }
+    assert!(crossings > 100, "{crossings}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
