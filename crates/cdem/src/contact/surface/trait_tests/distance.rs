@@ -87,7 +87,7 @@ fn along_ridge(ends: [[f64; 2]; 2]) -> (Mesh<3>, Boundary3d) {
     for (node, x, [y, z]) in [(5, -1.0, ends[0]), (6, 1.0, ends[1])] {
         mesh.nodes[node] = [x, y, z];
     }
-    for (node, y) in [(7, -4.0), (8, 4.0)] {
+    for (node, y) in [(7, 4.0), (8, -4.0)] {
         mesh.nodes[node] = [0.0, y, 4.25];
     }
     (mesh, boundary)
