@@ -1,5 +1,5 @@
-//! Common motion bounds of blocks that touch, or may touch, each other, because the fastest may hand on its
-//! velocity.
+//! Common motion bounds of blocks that touch, or may touch, each other, because the fastest may hand
+//! on its velocity.
 
 use rayon::prelude::*;
 

@@ -19,9 +19,9 @@
 //! - Candidates that cannot be near for some steps are not even compared
 //!   ([`active_candidates`](crate::contact::detection::active_candidates)).
 //!
-//! A motion bound is sound for a block that nothing touches in the step. Blocks that touch, or may touch, each
-//! other may take each other's velocity, and hand it on, so they all get the largest bound among
-//! them. That may make more pairs near, and so on. Since bounds only grow, the result does not
+//! A motion bound is sound for a block that nothing touches in the step. Blocks that touch, or may
+//! touch, each other may take each other's velocity, and hand it on, so they all get the largest
+//! bound among them. That may make more pairs near, and so on. Since bounds only grow, the result does not
 //! depend on the order.
 
 mod bound;

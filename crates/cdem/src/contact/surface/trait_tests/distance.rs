@@ -111,7 +111,7 @@ fn edges_aside_by_no_more_than_the_resolution_have_no_normal_and_no_gap() {
 
 #[test]
 fn a_normal_of_edges_that_leaves_their_cones_does_not_separate() {
-    // The normal is steeper than the sides of the roof by a fifth, or less so.
+    // The normal leans farther than those of the roof, by a fifth, or less far.
     for (rise, separates) in [(0.9, false), (0.6, true)] {
         let (mesh, boundary) = along_ridge([[-0.1, 0.25 - 0.1 * rise], [0.1, 0.25 + 0.1 * rise]]);
         let at = Configuration::at_rest(&mesh.nodes);
