@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::penetration::Penetration;
 use crate::contact::tolerances::UNSOLVED;
 use crate::math::profile::{Stage, Stopwatch};
 use crate::model::ledger::WorkVelocity;
@@ -21,8 +22,8 @@ pub(crate) struct ContactEnergies {
     /// The number of times that a contact slid farther in a substep than the size of its
     /// target. On the way it stayed in a plane that the surface may have left.
     pub(crate) overtravel_count: u64,
-    /// Deepest penetration at the start of a kick, m.
-    pub(crate) penetration: f64,
+    /// Deepest penetration at the start of a kick.
+    pub(crate) penetration: Penetration,
     /// Velocity at which the work of impulses is taken.
     #[serde(skip)]
     pub(crate) at: WorkVelocity,
@@ -81,7 +82,7 @@ impl ContactEnergies {
             self.unsolved_count += other.unsolved_count;
             self.residual = self.residual.max(other.residual);
             self.overtravel_count += other.overtravel_count;
-            self.penetration = self.penetration.max(other.penetration);
+            self.penetration.include(other.penetration);
         }
         self.watch
             .lap_in_proportion(others.map(|other| &other.watch));

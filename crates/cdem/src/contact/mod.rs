@@ -12,6 +12,7 @@ pub(crate) mod island;
 pub(crate) mod model_data;
 pub(crate) mod narrow_phase;
 pub(crate) mod penalty;
+pub(crate) mod penetration;
 pub(crate) mod prediction;
 pub(crate) mod remap;
 pub(crate) mod rollback;
@@ -35,6 +36,7 @@ use crate::contact::island::parallel::{self, IslandKicks, IslandsInKick};
 use crate::contact::island::{Bodies, Island};
 use crate::contact::model_data::{ContactLengths, ContactModelData};
 use crate::contact::narrow_phase::feature_selection::has_one_normal;
+use crate::contact::penetration::Penetration;
 use crate::contact::state::{ContactState, ContactWorkspace};
 use crate::contact::surface::kicked::KickedView;
 use crate::contact::surface::{Configuration, Surface, boundary_2d, boundary_3d};
@@ -296,17 +298,18 @@ impl<const D: usize> Contacts<D> {
         &mut self,
         at: Configuration<D>,
         inertia: &InverseMass<D>,
+        time: f64,
     ) -> Vec<(u32, [f64; D])> {
         let mut moves = Vec::new();
         let limit = CORRECTED_PENETRATION * self.model_data.tolerated_penetration();
         let is_deep = self
             .contact_points()
             .any(|contact| contact.penetration() > limit);
-        if self.model_data.model == ContactModel::Penalty || !is_deep {
+        if !self.forbids_penetration() || !is_deep {
             return moves;
         }
         // The next kick can no longer measure this penetration.
-        self.state.energies.penetration = self.max_penetration(at);
+        self.state.energies.penetration = self.deepest_penetration(at, time);
         let context = self.model_data.context(inertia);
         for island in &mut self.state.islands {
             let deepest = island
@@ -368,13 +371,28 @@ impl<const D: usize> Contacts<D> {
         self.state.energies.touch_count
     }
 
-    /// Returns the deepest penetration, m, over the starts of all kicks so far and over now.
-    pub(crate) fn max_penetration(&self, now: Configuration<D>) -> f64 {
-        let surface = &*self.model_data.surface;
-        let depths = self
-            .contact_points()
-            .map(|contact| contact.initial_gap - surface.gap_or_zero(contact.pair, now));
-        depths.fold(self.state.energies.penetration, f64::max)
+    /// Returns the deepest penetration over the starts of all kicks so far and over now.
+    pub(crate) fn deepest_penetration(&self, now: Configuration<D>, time: f64) -> Penetration {
+        let mut deepest = self.state.energies.penetration;
+        for contact in self.contact_points() {
+            let gap = self.model_data.surface.gap_or_zero(contact.pair, now);
+            deepest.include(Penetration {
+                depth: contact.initial_gap - gap,
+                time,
+                blocks: contact.history.blocks,
+            });
+        }
+        deepest
+    }
+
+    /// Returns the deepest penetration that is tolerated, m.
+    pub(crate) fn tolerated_penetration(&self) -> f64 {
+        self.model_data.tolerated_penetration()
+    }
+
+    /// True if penetration is an error: in the penalty model it carries the contact.
+    pub(crate) fn forbids_penetration(&self) -> bool {
+        self.model_data.model != ContactModel::Penalty
     }
 
     /// Returns the surfaces.

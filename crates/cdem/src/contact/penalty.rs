@@ -52,7 +52,7 @@ impl<const D: usize> Island<D> {
             contact.is_sticking = false; // the foot follows the point; the springs do not
             let is_on_surface = contact.track_target(context, motion.positions(), |_| false);
             let kick = if is_on_surface {
-                contact.spring(context, motion, kick.before, interval, energies)
+                contact.spring(context, motion, kick, interval, energies)
             } else {
                 contact.book_springs(surface, motion.positions(), energies);
                 None
@@ -74,12 +74,12 @@ impl<const D: usize> Island<D> {
 
 impl<const D: usize> ContactPoint<D> {
     /// Finds the impulse of the springs of one contact. Returns its Jacobian, or `None` if it has
-    /// opened. `before` are the velocities before the kick, m/s, of `interval` seconds.
+    /// opened. The kick lasts `interval` seconds.
     fn spring(
         &mut self,
         context: &ContactContext<D>,
         motion: &KickedView<D>,
-        before: &[[f64; D]],
+        kick: &IslandKicks<D>,
         interval: f64,
         energies: &mut ContactEnergies,
     ) -> Option<ContactJacobian<D>> {
@@ -87,7 +87,9 @@ impl<const D: usize> ContactPoint<D> {
         let jacobian = self.jacobian(surface, motion.positions());
         self.normal = jacobian.frame[0];
         let overlap = self.offset[0] - jacobian.offset[0];
-        energies.penetration = energies.penetration.max(self.depth(&jacobian));
+        energies
+            .penetration
+            .include(self.penetration_at(&jacobian, kick.times.time));
         let bond = if self.is_joint {
             self.history.area
         } else {
@@ -104,7 +106,7 @@ impl<const D: usize> ContactPoint<D> {
         force[0] = normal;
         for r in 1..D {
             // The velocity before the kick is that of the previous drift.
-            self.shear_spring[r] += jacobian.relative_velocity(r, before) * interval;
+            self.shear_spring[r] += jacobian.relative_velocity(r, kick.before) * interval;
             force[r] = -stiffness * self.shear_spring[r];
         }
         let bound = (normal * self.law.friction + self.law.cohesion * bond).max(0.0);

@@ -121,7 +121,7 @@ impl<const D: usize> Contacts<D> {
         time: f64,
     ) {
         // The next kick sees another surface.
-        self.state.energies.penetration = self.max_penetration(exchange.old.at);
+        self.state.energies.penetration = self.deepest_penetration(exchange.old.at, time);
         let before = self.exchange_surface(exchange.mesh, surface);
         self.workspace.search = CandidateSearch::default();
         self.state.near_pairs.clear();

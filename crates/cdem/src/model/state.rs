@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use crate::math::serde_pod;
-use crate::math::vector::norm;
 use crate::model::ledger::Ledger;
 use crate::model::steady_force::SteadyForce;
 
@@ -112,19 +111,4 @@ pub struct Corrections {
     pub count: u64,
     /// Angular momentum added by the corrections, N·m·s.
     pub angular_momentum: [f64; 3],
-}
-
-impl Corrections {
-    /// Returns a warning for the user, if there has been any correction.
-    pub(crate) fn warning(&self) -> Option<String> {
-        let turned = norm(&self.angular_momentum);
-        (self.count > 0).then(|| {
-            format!(
-                "positions were corrected, because blocks were deeper than half of \
-                 `contact.tolerance` (number of steps: {}); this added {turned:.1e} N·m·s of \
-                 angular momentum; try a smaller `time.step`, or the default of `contact.tolerance`",
-                self.count
-            )
-        })
-    }
 }

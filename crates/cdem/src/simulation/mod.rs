@@ -7,6 +7,7 @@ pub(crate) mod energy_gain;
 pub(crate) mod observe;
 pub mod output;
 pub(crate) mod overview;
+pub(crate) mod penetration;
 pub(crate) mod rest;
 pub(crate) mod snapshot;
 pub(crate) mod typed_simulation;

@@ -37,7 +37,9 @@ impl<const D: usize> Run<D> {
     pub(crate) fn max_penetration(&self) -> f64 {
         let at = self.model.positions(&self.state);
         let contacts = self.contacts.as_ref();
-        contacts.map_or(0.0, |contacts| contacts.max_penetration(at.into()))
+        contacts.map_or(0.0, |contacts| {
+            contacts.deepest_penetration(at.into(), self.time()).depth
+        })
     }
 
     /// Returns energies and momenta; `start_energy` is the kinetic plus strain energy at t = 0, J.

@@ -8,6 +8,7 @@ use crate::scene::{self, Scene, StopWhen};
 use crate::simulation::checkpoint::{ReportState, SimulationState};
 use crate::simulation::observe::{FollowedNode, SynchronisedInstant};
 use crate::simulation::output::{BlockRow, HistoryRow};
+use crate::simulation::penetration;
 use crate::simulation::validity::{StepError, ValidityGuard};
 use crate::step::Run;
 use std::borrow::Cow;
@@ -159,7 +160,7 @@ impl<const D: usize> TypedSimulation<D> {
                 .into_iter()
                 .flat_map(|contacts| contacts.energies().warnings()),
         );
-        warnings.extend(self.run.state.corrections.warning());
+        warnings.extend(penetration::warnings(&self.run));
         let second = self.run.adaptivity.as_ref();
         warnings.extend(second.map(Adaptivity::warnings).unwrap_or_default());
         let row = self.history();

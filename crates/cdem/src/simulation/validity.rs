@@ -436,7 +436,7 @@ impl ValidityGuard {
 }
 
 impl<const D: usize> Run<D> {
-    fn block_name(&self, block: usize) -> String {
+    pub(crate) fn block_name(&self, block: usize) -> String {
         self.model.mesh.blocks[block].name.clone()
     }
 

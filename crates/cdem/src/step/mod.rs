@@ -207,17 +207,19 @@ impl<const D: usize> Run<D> {
     /// Section 5: removes from the positions the penetration that simultaneous impacts have left,
     /// and books the energy of the correction.
     fn correct_positions(&mut self) {
+        let time = self.time();
         let Some(contacts) = &mut self.contacts else {
             return;
         };
         let moves = contacts.correct_positions(
             self.model.positions(&self.state).into(),
             &self.model.inertia,
+            time,
         );
         if moves.is_empty() {
             return;
         }
-        let gravity = self.model.gravity_at(self.time());
+        let gravity = self.model.gravity_at(time);
         let of_blocks = moves
             .iter()
             .map(|&(node, _)| self.model.block_of[node as usize] as usize);

@@ -6,6 +6,7 @@ use crate::contact::constraint::contact_constraint::{Constraint, FrictionBounds,
 use crate::contact::constraint::contact_history::ContactHistory;
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::law::ContactLaw;
+use crate::contact::penetration::Penetration;
 use crate::contact::surface::{Configuration, ContactJacobian, JacobianAnchor, Pair, Surface};
 use crate::contact::timing::KickSpan;
 use crate::contact::tolerances::{FOOT_ROUND_OFF, GAP_CORRECTION, GAP_DEAD_BAND, GAP_ERROR};
@@ -77,9 +78,13 @@ impl<const D: usize> ContactPoint<D> {
         (self.initial_gap - self.offset[0]).max(0.0)
     }
 
-    /// Returns the penetration at the positions of the Jacobian, m, beyond the initial overlap.
-    pub(crate) fn depth(&self, jacobian: &ContactJacobian<D>) -> f64 {
-        self.initial_gap - jacobian.offset[0]
+    /// Returns the penetration at the positions of the Jacobian, beyond the initial overlap.
+    pub(crate) fn penetration_at(&self, jacobian: &ContactJacobian<D>, time: f64) -> Penetration {
+        Penetration {
+            depth: self.initial_gap - jacobian.offset[0],
+            time,
+            blocks: self.history.blocks,
+        }
     }
 
     /// Returns the Jacobian at the present positions.

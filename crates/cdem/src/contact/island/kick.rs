@@ -176,7 +176,9 @@ impl<const D: usize> Island<D> {
                 [kick.before, motion.velocity].map(|v| jacobian.relative_velocities(v));
             contact.history.step_loss +=
                 energies.book_work(&constraint.impulse, [&old, &new], contact.is_new);
-            energies.penetration = energies.penetration.max(contact.depth(jacobian));
+            energies
+                .penetration
+                .include(contact.penetration_at(jacobian, kick.time));
             (contact.is_new, contact.normal) = (false, jacobian.frame[0]);
             contact.record_impulse(&constraint.impulse, interval);
             if constraint.slips(motion.velocity, least) {
