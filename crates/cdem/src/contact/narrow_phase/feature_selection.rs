@@ -2,13 +2,14 @@
 //! edges, but it is one contact.
 
 use crate::contact::surface::{Configuration, Pair, Pairs, Surface};
-use crate::contact::tolerances::{FLUSH, IGNORED_PENETRATION};
+use crate::contact::tolerances::{FLUSH, GAP_ERROR, IGNORED_PENETRATION};
 use crate::math::vector::{add_scaled, dot, norm, sub};
 
 /// Returns the feature pair of a touch of `pair` at the positions `at`. The candidates touch within
 /// `resolution`, m, of the point of `pair`, and pass the normal-cone test and `may`. Among those
-/// with the least penetration now, the result has the least penetration at the positions `then`.
-/// Only one pair is taken, because two of different normals would lock corners sideways.
+/// with the least penetration now, up to [`GAP_ERROR`], the result has the least penetration at the
+/// positions `then`. Only one pair is taken, because two of different normals would lock corners
+/// sideways.
 ///
 /// Returns `None` if a corner goes past another. Also returns `None` if `pair` itself is not
 /// admissible and the best pair is still open, so that it has a touch of its own later.
@@ -22,11 +23,11 @@ pub(crate) fn select_feature_pair<const D: usize>(
     let slack = IGNORED_PENETRATION * resolution;
     let mut rivals = competing_pairs(surface, pair, at, resolution);
     rivals.retain(|rival| may(*rival));
-    // A block that lands beside a joint may already lie in the side of the next block, within the
-    // resolution. That is not this touch.
+    // A block that lands beside a joint may already lie in the side of the next block. That is not
+    // this touch.
     let now = |pair: Pair| surface.gap_or_zero(pair, at);
     let gaps = rivals.iter().map(|&rival| now(rival));
-    let least = gaps.fold(f64::NEG_INFINITY, f64::max) - slack;
+    let least = gaps.fold(f64::NEG_INFINITY, f64::max) - GAP_ERROR * resolution;
     let shallow = rivals.iter().copied().filter(|&rival| now(rival) >= least);
     let gap = |pair: Pair| surface.gap_or_zero(pair, then);
     let less_deep = |best, rival| if gap(rival) > gap(best) { rival } else { best };
