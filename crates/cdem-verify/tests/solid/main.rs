@@ -4,6 +4,7 @@
 
 mod element;
 mod flung;
+mod flush;
 mod joints;
 mod meeting;
 mod notch;

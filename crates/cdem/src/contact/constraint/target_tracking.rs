@@ -2,8 +2,9 @@
 
 use crate::contact::constraint::contact_point::{ContactPoint, rotate_tangents};
 use crate::contact::constraint::context::ContactContext;
+use crate::contact::narrow_phase::target_walk::follow_target;
 use crate::contact::surface::{Configuration, ContactJacobian, Pair, Projection, Surface};
-use crate::contact::tolerances::{FOOT_ROUND_OFF, GAP_ERROR};
+use crate::contact::tolerances::GAP_ERROR;
 
 /// A straight path from one target to the next, over the ridge between them: its height over the next
 /// one at the end, and its depths under the last one at the end and under the next one at the start, m.
@@ -60,36 +61,15 @@ impl<const D: usize> ContactPoint<D> {
         true
     }
 
-    /// Returns the pair of a sliding contact whose foot has followed its point to these positions,
-    /// and its projection; `None` if the point has left the surface by more than the contact
-    /// resolution. The margin keeps flush corners from flickering.
+    /// Returns the pair of a sliding contact that has [followed](follow_target) its point to these
+    /// positions, and its projection; `None` if the point has left the surface.
     pub(crate) fn followed(
         &self,
         context: &ContactContext<D>,
         at: Configuration<D>,
         taken: impl Fn(Pair) -> bool,
     ) -> Option<(Pair, Projection)> {
-        let (surface, resolution) = (context.surface, context.resolution);
-        let mut pair = self.pair;
-        let mut projection = surface.project(pair, at);
-        let size = surface.target_size(pair.target, at);
-        while projection.outside > FOOT_ROUND_OFF * size {
-            let next = surface.neighbour(pair, &projection.foot, at);
-            // In a re-entrant corner each side keeps its own contact.
-            let is_free =
-                |next: &Pair| !(taken(*next) && surface.is_reentrant_pair(pair, *next, at));
-            let Some(next) = next.filter(is_free) else {
-                return (projection.outside <= resolution).then_some((pair, projection));
-            };
-            let before = projection.outside;
-            projection = surface.project(next, at);
-            pair = next;
-            // Deep in a re-entrant edge, the point lies outside the faces on both sides.
-            if projection.outside >= before {
-                break;
-            }
-        }
-        Some((pair, projection))
+        follow_target(context.surface, self.pair, at, context.resolution, taken)
     }
 
     /// Returns the gap at the end of a straight path, m, to the target that the contact has moved on to

@@ -16,6 +16,7 @@ use crate::contact::constraint::duplicate::DriftInterval;
 use crate::contact::constraint::quadratic_change::{ContactPairs, GapChanges, GapDrift};
 use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
+use crate::contact::island::handover::Departure;
 use crate::contact::island::quick_check::ClosureRule;
 use crate::contact::island::touch_events::{Event, TouchEvents};
 use crate::contact::rollback::change;
@@ -137,7 +138,7 @@ impl<const D: usize> Island<D> {
     ) {
         let mut workspace = std::mem::take(&mut self.workspace.kick);
         workspace.energies = energies;
-        self.track_contacts(context, motion.positions(), &mut workspace);
+        self.track_contacts(context, motion.positions(), kick.time, &mut workspace);
         let mut touches = std::mem::take(&mut self.workspace.touch_events);
         self.solve_closed(context, motion, kick, &mut workspace, &mut touches);
         self.record_impulses(context, motion, kick, &mut workspace);
@@ -229,11 +230,13 @@ impl<const D: usize> Island<D> {
     }
 
     /// Moves the feet of sliding contacts. Ends those that have left the surface or have moved
-    /// on to the pair of another contact.
+    /// on to the pair of another contact. [Hands over](crate::contact::island::handover) the gaps of
+    /// those that have left.
     fn track_contacts(
         &mut self,
         context: &ContactContext<D>,
         at: Configuration<D>,
+        time: f64,
         workspace: &mut KickWorkspace<D>,
     ) {
         if self
@@ -251,6 +254,7 @@ impl<const D: usize> Island<D> {
             ..
         } = workspace;
         let taken = |pair: Pair| pairs.contains(pair);
+        let mut departures = Vec::new();
         changed_pair.clear();
         self.contact_points.retain_mut(|contact| {
             let before = contact.pair;
@@ -259,12 +263,14 @@ impl<const D: usize> Island<D> {
                 changed_pair.push(contact.pair != before);
             } else {
                 ended.push(contact.history.clone());
+                departures.extend(Departure::of(contact, context));
             }
             continues
         });
         if changed_pair.contains(&true) {
             self.merge(changed_pair, ended);
         }
+        workspace.energies.touch_count += self.hand_over(context, at, &departures, time);
     }
 
     /// Ends the contacts that have moved on to the pair of another contact. `changed_pair` is true

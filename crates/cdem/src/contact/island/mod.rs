@@ -1,6 +1,7 @@
 //! Islands: contacts that share nodes, with their substep in two time stages (sections 3 and 4
 //! of the paper).
 
+pub(crate) mod handover;
 pub(crate) mod impact;
 pub(crate) mod kick;
 pub(crate) mod parallel;

@@ -223,6 +223,22 @@ impl ContactGeometry<3> for Boundary3d {
         FeatureSet::pairs(self, pair, at, resolution)
     }
 
+    fn pairs_of_edge_ends(&self, pair: Pair, at: Configuration<3>) -> Pairs {
+        match self.feature_pair(pair) {
+            FeaturePair::PointTriangle { vertex, triangle } => {
+                let (k, _) = self.point_triangle(vertex, triangle, at).foot_distance();
+                let edge = self.triangulation.triangles[triangle as usize].edges[k];
+                let ends = self.triangulation.edges[edge as usize].ends.into_iter();
+                let ends = ends.filter(|&end| end < self.triangulation.vertex_count);
+                let faces = self.triangulation.triangles_at(vertex).iter();
+                ends.flat_map(|end| faces.clone().map(move |&face| Self::face_pair(end, face)))
+                    .collect()
+            }
+            // The end is near the crossing, so its pairs are adjacent.
+            FeaturePair::EdgeEdge { .. } => Pairs::new(),
+        }
+    }
+
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<3>) -> Option<Pair> {
         match self.feature_pair(pair) {
             FeaturePair::PointTriangle { vertex, triangle } => {

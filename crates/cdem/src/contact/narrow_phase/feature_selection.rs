@@ -1,6 +1,7 @@
 //! Selects the feature pair of a touch. A corner that meets a corner may touch all of its faces or
 //! edges, but it is one contact.
 
+use crate::contact::narrow_phase::target_walk::follow_target;
 use crate::contact::surface::{Configuration, Pair, Pairs, Surface};
 use crate::contact::tolerances::{FLUSH, GAP_ERROR, IGNORED_PENETRATION};
 use crate::math::vector::{add_scaled, dot, norm, sub};
@@ -61,17 +62,26 @@ fn competing_pairs<const D: usize>(
     at: Configuration<D>,
     resolution: f64,
 ) -> Pairs {
-    let touches = |rival: &Pair| {
-        let projection = surface.project(*rival, at);
-        projection.gap.abs() <= resolution
-            && projection.outside <= resolution
-            && surface.in_normal_cone(*rival, at)
-            && !surface.is_reentrant_pair(pair, *rival, at)
-    };
     let beside = surface.adjacent_pairs(pair, at, resolution).into_iter();
+    let touches = |rival: &Pair| touches_beside(surface, [pair, *rival], at, resolution);
     let others = beside.filter(|rival| *rival != pair && touches(rival));
     let own = surface.in_normal_cone(pair, at).then_some(pair);
     own.into_iter().chain(others).collect()
+}
+
+/// Returns true if a rival of a pair touches, within `resolution`, m, and not as the other side of a
+/// re-entrant corner.
+fn touches_beside<const D: usize>(
+    surface: &dyn Surface<D>,
+    [pair, rival]: [Pair; 2],
+    at: Configuration<D>,
+    resolution: f64,
+) -> bool {
+    let projection = surface.project(rival, at);
+    projection.gap.abs() <= resolution
+        && projection.outside <= resolution
+        && surface.in_normal_cone(rival, at)
+        && !surface.is_reentrant_pair(pair, rival, at)
 }
 
 /// Returns true if all pairs that touch within `resolution`, m, of the point of `pair` have its
@@ -89,6 +99,34 @@ pub(crate) fn has_one_normal<const D: usize>(
         && competing_pairs(surface, pair, at, resolution)
             .iter()
             .all(has_normal_of)
+}
+
+/// Returns the pairs that carry on where the point of `pair` has left its target, with its normal up
+/// to a small angle: pairs within `reach`, m, of the point, and those of the ends of the edge that it
+/// has crossed.
+pub(crate) fn successors<const D: usize>(
+    surface: &dyn Surface<D>,
+    pair: Pair,
+    at: Configuration<D>,
+    reach: f64,
+    resolution: f64,
+) -> Pairs {
+    let is_parallel = |rival: &Pair| cosine_of_parallel(surface, [pair, *rival], at).is_some();
+    let under = |end: Pair| follow_target(surface, end, at, resolution, |_| false);
+    let ends = surface.pairs_of_edge_ends(pair, at).into_iter();
+    let mut pairs = surface.adjacent_pairs(pair, at, reach);
+    pairs.extend(
+        ends.filter(is_parallel)
+            .filter_map(|end| Some(under(end)?.0)),
+    );
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs.retain(|rival| {
+        *rival != pair
+            && touches_beside(surface, [pair, *rival], at, resolution)
+            && is_parallel(rival)
+    });
+    pairs
 }
 
 /// Returns true if two pairs, between these `blocks`, are one physical contact, whose constraint

@@ -10,4 +10,5 @@ pub(crate) mod jacobian;
 pub(crate) mod material_point_3d;
 pub(crate) mod normal_cone;
 pub(crate) mod point_triangle;
+pub(crate) mod target_walk;
 pub(crate) mod tributary_area;

@@ -135,6 +135,12 @@ pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
     /// Returns all feature pairs around the point of a pair, within `resolution`, m, which may touch
     /// there as well. For a point in the middle of a feature there are none but the pair itself.
     fn adjacent_pairs(&self, pair: Pair, at: Configuration<D>, resolution: f64) -> Pairs;
+    /// Returns the pairs of the ends of the target edge that the point of a pair has left, each with
+    /// the features of the main block at that point. The ends may lie far from the point. In the
+    /// plane they are among the adjacent pairs.
+    fn pairs_of_edge_ends(&self, _pair: Pair, _at: Configuration<D>) -> Pairs {
+        Pairs::new()
+    }
     /// Returns the pair of a point that has left its target, on the neighbouring target feature.
     fn neighbour(&self, pair: Pair, foot: &[f64; 2], at: Configuration<D>) -> Option<Pair>;
     /// Assembles the Jacobian of the pair at an anchor in place, because Jacobians are large and

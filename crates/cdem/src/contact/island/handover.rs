@@ -1,0 +1,84 @@
+//! Handover of a kept gap. A contact may keep the gap that its blocks had at t = 0. Pairs beside it
+//! have this gap too, so the search does not find that they touch. When the contact leaves the end
+//! of its target, they begin in its place.
+
+use crate::contact::constraint::contact_point::ContactPoint;
+use crate::contact::constraint::context::ContactContext;
+use crate::contact::constraint::duplicate::DriftInterval;
+use crate::contact::island::Island;
+use crate::contact::narrow_phase::feature_selection::successors;
+use crate::contact::surface::{Configuration, Pair};
+use crate::contact::tolerances::GAP_ERROR;
+use crate::math::vector::add_scaled;
+
+/// A contact that has left the end of its target.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Departure {
+    pair: Pair,
+    /// Main block.
+    block: u32,
+    /// Gap that the contact kept, m.
+    gap: f64,
+}
+
+impl Departure {
+    /// Returns the departure of a contact; `None` if it kept no gap.
+    pub(crate) fn of<const D: usize>(
+        contact: &ContactPoint<D>,
+        context: &ContactContext<D>,
+    ) -> Option<Self> {
+        (contact.offset[0] > GAP_ERROR * context.resolution).then_some(Self {
+            pair: contact.pair,
+            block: contact.history.blocks[0],
+            gap: contact.offset[0],
+        })
+    }
+
+    /// Returns the positions of all nodes with the main block moved onto the target, m.
+    fn closed_positions<const D: usize>(
+        &self,
+        context: &ContactContext<D>,
+        at: Configuration<D>,
+    ) -> Option<Vec<[f64; D]>> {
+        let normal = context.surface.normal(self.pair, at)?;
+        let position = |(node, block): (u32, &u32)| {
+            let mut position = at.at(node);
+            if *block == self.block {
+                add_scaled(&mut position, -self.gap, &normal);
+            }
+            position
+        };
+        Some((0..).zip(context.block_of).map(position).collect())
+    }
+}
+
+impl<const D: usize> Island<D> {
+    /// Begins the contacts that take over from those that have departed, at the gaps that their
+    /// pairs have now. Returns the number of these contacts.
+    pub(super) fn hand_over(
+        &mut self,
+        context: &ContactContext<D>,
+        at: Configuration<D>,
+        departures: &[Departure],
+        time: f64,
+    ) -> u64 {
+        let mut begun = 0;
+        for departure in departures {
+            let Some(positions) = departure.closed_positions(context, at) else {
+                continue;
+            };
+            let closed = Configuration::at_rest(&positions);
+            let (surface, resolution) = (context.surface, context.resolution);
+            let reach = resolution + surface.project(departure.pair, closed).outside;
+            let pairs = successors(surface, departure.pair, closed, reach, resolution);
+            let number = self.activate_pairs(context, DriftInterval::at_rest(closed), &pairs, time);
+            let first = self.contact_points.len() - number as usize;
+            for contact in &mut self.contact_points[first..] {
+                let opening = contact.offset[0].max(0.0);
+                contact.offset[0] = surface.gap_or_zero(contact.pair, at) - opening;
+            }
+            begun += number;
+        }
+        begun
+    }
+}
