@@ -6,6 +6,7 @@ use crate::contact::constraint::contact_history::ContactHistory;
 use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::duplicate::DriftInterval;
+use crate::contact::constraint::target_tracking::Tracking;
 use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
 use crate::contact::island::parallel::IslandKicks;
@@ -50,8 +51,8 @@ impl<const D: usize> Island<D> {
         let mut ended = Vec::new();
         self.contact_points.retain_mut(|contact| {
             contact.is_sticking = false; // the foot follows the point; the springs do not
-            let is_on_surface = contact.track_target(context, motion.positions(), |_| false);
-            let kick = if is_on_surface {
+            let tracking = contact.track_target(context, motion.positions(), |_| false);
+            let kick = if matches!(tracking, Tracking::Goes) {
                 contact.spring(context, motion, kick, interval, energies)
             } else {
                 contact.book_springs(surface, motion.positions(), energies);

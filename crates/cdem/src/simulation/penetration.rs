@@ -23,7 +23,8 @@ fn too_deep<const D: usize>(run: &Run<D>, contacts: &Contacts<D>) -> Option<Stri
         let [main, target] = deepest.blocks.map(|block| run.block_name(block as usize));
         format!(
             "t = {}: block \"{main}\" was {} deep in block \"{target}\", deeper than {}; this was \
-             the deepest penetration of the run: try a smaller `time.safety`",
+             the deepest penetration of the run: try a smaller `time.safety`, or `time.step` if it \
+             is set",
             quantity(deepest.time, "s"),
             quantity(deepest.depth, "m"),
             limit(contacts),
@@ -37,7 +38,8 @@ fn corrected<const D: usize>(run: &Run<D>, contacts: &Contacts<D>) -> Option<Str
     (corrections.count > 0).then(|| {
         format!(
             "positions were corrected at the end of steps (number of steps: {}), because blocks were \
-             deeper than half of {}; this added {} of angular momentum: try a smaller `time.safety`",
+             deeper than half of {}; this added {} of angular momentum: try a smaller `time.safety`, \
+             or `time.step` if it is set",
             corrections.count,
             limit(contacts),
             quantity(norm(&corrections.angular_momentum), "N·m·s"),

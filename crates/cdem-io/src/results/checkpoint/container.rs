@@ -16,7 +16,7 @@ const MAGIC: &str = "cdem checkpoint ";
 
 /// Format number; to be raised with every change of the content, also of the state that `cdem`
 /// saves.
-const FORMAT: u32 = 10;
+const FORMAT: u32 = 11;
 
 /// Number of bytes of the checksum.
 const SUM: usize = 4;

@@ -2,7 +2,7 @@
 
 use crate::contact::constraint::contact_point::{ContactPoint, rotate_tangents};
 use crate::contact::constraint::context::ContactContext;
-use crate::contact::narrow_phase::target_walk::follow_target;
+use crate::contact::narrow_phase::target_walk::{TargetWalk, walk_to_target};
 use crate::contact::surface::{Configuration, ContactJacobian, Pair, Projection, Surface};
 use crate::contact::tolerances::GAP_ERROR;
 
@@ -33,43 +33,69 @@ impl RidgePath {
     }
 }
 
+/// Result of tracking a target.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Tracking {
+    /// The contact goes on.
+    Goes,
+    /// The point has left the surface beside the target of this pair.
+    HasLeft(Pair),
+    /// The normal no longer separates the two blocks.
+    HasTurned,
+}
+
 impl<const D: usize> ContactPoint<D> {
     /// Moves the foot of a sliding contact to its point, and on to neighbouring target
     /// features. `taken` is true for the pairs of other contacts. The contact does not move on
-    /// to such a pair around a re-entrant corner, nor past an end of the surface. Returns false if
-    /// the point has left the surface, or if the normal no longer
+    /// to such a pair around a re-entrant corner, nor past an end of the surface. It ends if the point
+    /// has left the surface, or if the normal no longer
     /// [separates](crate::contact::surface::Distance::normal_separates) the two blocks.
     pub(crate) fn track_target(
         &mut self,
         context: &ContactContext<D>,
         at: Configuration<D>,
         taken: impl Fn(Pair) -> bool,
-    ) -> bool {
+    ) -> Tracking {
         if self.is_sticking {
-            return true;
+            return Tracking::Goes;
         }
-        let Some((pair, projection)) = self.followed(context, at, taken) else {
-            return false;
-        };
+        let TargetWalk {
+            pair,
+            projection,
+            is_on_surface,
+        } = self.walk(context, at, taken);
+        if !is_on_surface {
+            return Tracking::HasLeft(pair);
+        }
         if !context.surface.normal_separates(pair, at) {
-            return false;
+            return Tracking::HasTurned;
         }
         if pair != self.pair {
             self.rotate_frame(context.surface, pair, at);
         }
         self.foot = projection.clamped_foot();
-        true
+        Tracking::Goes
     }
 
-    /// Returns the pair of a sliding contact that has [followed](follow_target) its point to these
-    /// positions, and its projection; `None` if the point has left the surface.
+    /// Returns the pair of a sliding contact that has [walked](walk_to_target) to the target under its
+    /// point, and its projection; `None` if the point has left the surface.
     pub(crate) fn followed(
         &self,
         context: &ContactContext<D>,
         at: Configuration<D>,
         taken: impl Fn(Pair) -> bool,
     ) -> Option<(Pair, Projection)> {
-        follow_target(context.surface, self.pair, at, context.resolution, taken)
+        let walk = self.walk(context, at, taken);
+        walk.is_on_surface.then_some((walk.pair, walk.projection))
+    }
+
+    fn walk(
+        &self,
+        context: &ContactContext<D>,
+        at: Configuration<D>,
+        taken: impl Fn(Pair) -> bool,
+    ) -> TargetWalk {
+        walk_to_target(context.surface, self.pair, at, context.resolution, taken)
     }
 
     /// Returns the gap at the end of a straight path, m, to the target that the contact has moved on to

@@ -1,6 +1,6 @@
-//! Handover of a kept gap. A contact may keep the gap that its blocks had at t = 0. Pairs beside it
-//! have this gap too, so the search does not find that they touch. When the contact leaves the end
-//! of its target, they begin in its place.
+//! Hand-over of a kept gap. A contact may keep a gap: that of its blocks at t = 0, or one that a change
+//! of mesh has made. Pairs beside it have this gap too, so the search does not find that they touch.
+//! When the contact leaves the end of its target, these pairs begin in its place.
 
 use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::constraint::context::ContactContext;
@@ -9,11 +9,12 @@ use crate::contact::island::Island;
 use crate::contact::narrow_phase::feature_selection::successors;
 use crate::contact::surface::{Configuration, Pair};
 use crate::contact::tolerances::GAP_ERROR;
-use crate::math::vector::add_scaled;
+use crate::math::vector::{add_scaled, pad};
 
 /// A contact that has left the end of its target.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Departure {
+    /// Pair of the point with the last target.
     pair: Pair,
     /// Main block.
     block: u32,
@@ -22,13 +23,14 @@ pub(crate) struct Departure {
 }
 
 impl Departure {
-    /// Returns the departure of a contact; `None` if it kept no gap.
+    /// Returns the departure of a contact, with the last `pair` of its point; `None` if it kept no gap.
     pub(crate) fn of<const D: usize>(
         contact: &ContactPoint<D>,
+        pair: Pair,
         context: &ContactContext<D>,
     ) -> Option<Self> {
         (contact.offset[0] > GAP_ERROR * context.resolution).then_some(Self {
-            pair: contact.pair,
+            pair,
             block: contact.history.blocks[0],
             gap: contact.offset[0],
         })
@@ -53,8 +55,8 @@ impl Departure {
 }
 
 impl<const D: usize> Island<D> {
-    /// Begins the contacts that take over from those that have departed, at the gaps that their
-    /// pairs have now. Returns the number of these contacts.
+    /// Begins the contacts that take over from those that have departed. They keep the gaps of their
+    /// pairs, less what these have opened. Returns the number of these contacts.
     pub(super) fn hand_over(
         &mut self,
         context: &ContactContext<D>,
@@ -76,6 +78,11 @@ impl<const D: usize> Island<D> {
             for contact in &mut self.contact_points[first..] {
                 let opening = contact.offset[0].max(0.0);
                 contact.offset[0] = surface.gap_or_zero(contact.pair, at) - opening;
+                contact.initial_gap = context
+                    .initial_overlaps
+                    .allowed_gap(contact.history.blocks, contact.offset[0]);
+                contact.history.position = pad(&surface.point(contact.pair, at));
+                contact.is_new = false;
             }
             begun += number;
         }

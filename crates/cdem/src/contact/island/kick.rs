@@ -14,6 +14,7 @@ use crate::contact::constraint::contact_history::ContactHistory;
 use crate::contact::constraint::context::ContactContext;
 use crate::contact::constraint::duplicate::DriftInterval;
 use crate::contact::constraint::quadratic_change::{ContactPairs, GapChanges, GapDrift};
+use crate::contact::constraint::target_tracking::Tracking;
 use crate::contact::energy::ContactEnergies;
 use crate::contact::island::Island;
 use crate::contact::island::handover::Departure;
@@ -258,12 +259,15 @@ impl<const D: usize> Island<D> {
         changed_pair.clear();
         self.contact_points.retain_mut(|contact| {
             let before = contact.pair;
-            let continues = contact.track_target(context, at, taken);
+            let tracking = contact.track_target(context, at, taken);
+            let continues = matches!(tracking, Tracking::Goes);
             if continues {
                 changed_pair.push(contact.pair != before);
             } else {
                 ended.push(contact.history.clone());
-                departures.extend(Departure::of(contact, context));
+            }
+            if let Tracking::HasLeft(last) = tracking {
+                departures.extend(Departure::of(contact, last, context));
             }
             continues
         });

@@ -1,7 +1,7 @@
 //! Selects the feature pair of a touch. A corner that meets a corner may touch all of its faces or
 //! edges, but it is one contact.
 
-use crate::contact::narrow_phase::target_walk::follow_target;
+use crate::contact::narrow_phase::target_walk::walk_to_target;
 use crate::contact::surface::{Configuration, Pair, Pairs, Surface};
 use crate::contact::tolerances::{FLUSH, GAP_ERROR, IGNORED_PENETRATION};
 use crate::math::vector::{add_scaled, dot, norm, sub};
@@ -25,7 +25,7 @@ pub(crate) fn select_feature_pair<const D: usize>(
     let mut rivals = competing_pairs(surface, pair, at, resolution);
     rivals.retain(|rival| may(*rival));
     // A block that lands beside a joint may already lie in the side of the next block. That is not
-    // this touch.
+    // this touch, unless it is by a gap error: then which side it is on hangs on that error.
     let now = |pair: Pair| surface.gap_or_zero(pair, at);
     let gaps = rivals.iter().map(|&rival| now(rival));
     let least = gaps.fold(f64::NEG_INFINITY, f64::max) - GAP_ERROR * resolution;
@@ -63,7 +63,7 @@ fn competing_pairs<const D: usize>(
     resolution: f64,
 ) -> Pairs {
     let beside = surface.adjacent_pairs(pair, at, resolution).into_iter();
-    let touches = |rival: &Pair| touches_beside(surface, [pair, *rival], at, resolution);
+    let touches = |rival: &Pair| rival_touches(surface, pair, *rival, at, resolution);
     let others = beside.filter(|rival| *rival != pair && touches(rival));
     let own = surface.in_normal_cone(pair, at).then_some(pair);
     own.into_iter().chain(others).collect()
@@ -71,9 +71,10 @@ fn competing_pairs<const D: usize>(
 
 /// Returns true if a rival of a pair touches, within `resolution`, m, and not as the other side of a
 /// re-entrant corner.
-fn touches_beside<const D: usize>(
+fn rival_touches<const D: usize>(
     surface: &dyn Surface<D>,
-    [pair, rival]: [Pair; 2],
+    pair: Pair,
+    rival: Pair,
     at: Configuration<D>,
     resolution: f64,
 ) -> bool {
@@ -112,19 +113,14 @@ pub(crate) fn successors<const D: usize>(
     resolution: f64,
 ) -> Pairs {
     let is_parallel = |rival: &Pair| cosine_of_parallel(surface, [pair, *rival], at).is_some();
-    let under = |end: Pair| follow_target(surface, end, at, resolution, |_| false);
+    let under = |end: Pair| walk_to_target(surface, end, at, resolution, |_| false).pair;
     let ends = surface.pairs_of_edge_ends(pair, at).into_iter();
     let mut pairs = surface.adjacent_pairs(pair, at, reach);
-    pairs.extend(
-        ends.filter(is_parallel)
-            .filter_map(|end| Some(under(end)?.0)),
-    );
+    pairs.extend(ends.filter(is_parallel).map(under));
     pairs.sort_unstable();
     pairs.dedup();
     pairs.retain(|rival| {
-        *rival != pair
-            && touches_beside(surface, [pair, *rival], at, resolution)
-            && is_parallel(rival)
+        *rival != pair && rival_touches(surface, pair, *rival, at, resolution) && is_parallel(rival)
     });
     pairs
 }

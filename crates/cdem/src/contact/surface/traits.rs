@@ -135,8 +135,8 @@ pub(crate) trait ContactGeometry<const D: usize>: Distance<D> {
     /// Returns all feature pairs around the point of a pair, within `resolution`, m, which may touch
     /// there as well. For a point in the middle of a feature there are none but the pair itself.
     fn adjacent_pairs(&self, pair: Pair, at: Configuration<D>, resolution: f64) -> Pairs;
-    /// Returns the pairs of the ends of the target edge that the point of a pair has left, each with
-    /// the features of the main block at that point. The ends may lie far from the point. In the
+    /// Returns the pairs of the ends of the target edge that the point of a pair has crossed, each with
+    /// the triangles of the main block at that point. The ends may lie far from the point. In the
     /// plane they are among the adjacent pairs.
     fn pairs_of_edge_ends(&self, _pair: Pair, _at: Configuration<D>) -> Pairs {
         Pairs::new()
