@@ -18,7 +18,7 @@ use crate::contact::solver::Precision;
 use crate::contact::surface::kicked::ConstantMotion;
 use crate::contact::timing::DriftProgress;
 use crate::contact::tolerances::{CONTACTS_PER_TASK, FLUSH, GAP_ERROR, IMPACT_RESIDUAL};
-use crate::math::vector::norm;
+use crate::math::vector::{add, dot, norm};
 use crate::model::kinematics::NodalMotion;
 
 /// An impact, which may be solved several times.
@@ -61,6 +61,17 @@ impl<const D: usize> ImpactSolve<D> {
     }
 }
 
+impl<const D: usize> ImpactSolve<D> {
+    /// Returns the work of the impulses of the contacts on the bodies, J.
+    fn work(&self, motion: &NodalMotion<D>) -> f64 {
+        let work = |(constraint, old): (&Constraint<D>, &[f64; D])| {
+            let new = constraint.jacobian.relative_velocities(motion.velocity);
+            0.5 * dot(&constraint.added(), &add(old, &new))
+        };
+        self.constraints.iter().zip(&self.approach).map(work).sum()
+    }
+}
+
 impl<const D: usize> Island<D> {
     /// Solves the impact of the pairs that have just touched in a drift, together with the
     /// elements behind them.
@@ -96,7 +107,17 @@ impl<const D: usize> Island<D> {
             of_bodies.factor = coupling.balance(touch, motion);
             self.solve_for(&mut impact, context, motion, of_bodies, energies);
         }
+        let targets: Vec<f64> = impact.constraints.iter().map(|c| c.target[0]).collect();
+        let mut is_corrected = false;
         while self.correct_impact_targets(context, motion, &mut impact, event.now) {
+            self.solve_for(&mut impact, context, motion, of_bodies, energies);
+            is_corrected = true;
+        }
+        // The end of a path may be wrong where edges turn; an impact never gives energy.
+        if is_corrected && impact.work(motion) > 0.0 {
+            for (constraint, target) in impact.constraints.iter_mut().zip(targets) {
+                constraint.target[0] = target;
+            }
             self.solve_for(&mut impact, context, motion, of_bodies, energies);
         }
         self.record_new_changes(&impact, event.now);
