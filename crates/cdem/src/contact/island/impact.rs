@@ -62,11 +62,13 @@ impl<const D: usize> ImpactSolve<D> {
 }
 
 impl<const D: usize> ImpactSolve<D> {
-    /// Returns the work of the impulses of the contacts on the bodies, J.
-    fn work(&self, motion: &NodalMotion<D>) -> f64 {
+    /// Returns the work of the impulses of the contacts on the bodies, J, less the work that lifts their
+    /// points along rises of [`FLUSH`], as on faces that bend.
+    fn excess_work(&self, motion: &NodalMotion<D>) -> f64 {
         let work = |(constraint, old): (&Constraint<D>, &[f64; D])| {
             let new = constraint.jacobian.relative_velocities(motion.velocity);
-            0.5 * dot(&constraint.added(), &add(old, &new))
+            let added = constraint.added();
+            0.5 * dot(&added, &add(old, &new)) - FLUSH * norm(&added) * norm(old).max(norm(&new))
         };
         self.constraints.iter().zip(&self.approach).map(work).sum()
     }
@@ -113,8 +115,8 @@ impl<const D: usize> Island<D> {
             self.solve_for(&mut impact, context, motion, of_bodies, energies);
             is_corrected = true;
         }
-        // The end of a path may be wrong where edges turn; an impact never gives energy.
-        if is_corrected && impact.work(motion) > 0.0 {
+        // The end of a path may be wrong where edges turn; an impact gives no energy but that of a rise.
+        if is_corrected && impact.excess_work(motion) > 0.0 {
             for (constraint, target) in impact.constraints.iter_mut().zip(targets) {
                 constraint.target[0] = target;
             }
