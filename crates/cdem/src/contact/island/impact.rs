@@ -109,19 +109,7 @@ impl<const D: usize> Island<D> {
             of_bodies.factor = coupling.balance(touch, motion);
             self.solve_for(&mut impact, context, motion, of_bodies, energies);
         }
-        let targets: Vec<f64> = impact.constraints.iter().map(|c| c.target[0]).collect();
-        let mut is_corrected = false;
-        while self.correct_impact_targets(context, motion, &mut impact, event.now) {
-            self.solve_for(&mut impact, context, motion, of_bodies, energies);
-            is_corrected = true;
-        }
-        // The end of a path may be wrong where edges turn; an impact gives no energy but that of a rise.
-        if is_corrected && impact.excess_work(motion) > 0.0 {
-            for (constraint, target) in impact.constraints.iter_mut().zip(targets) {
-                constraint.target[0] = target;
-            }
-            self.solve_for(&mut impact, context, motion, of_bodies, energies);
-        }
+        self.solve_impact_for_gaps(&mut impact, context, motion, of_bodies, event.now, energies);
         self.record_new_changes(&impact, event.now);
         self.end_impact(
             context,
@@ -139,6 +127,31 @@ impl<const D: usize> Island<D> {
         );
         energies.impact_loss -= recovered;
         self.share_recovery(recovered);
+    }
+
+    /// Solves again while a gap would miss the one intended for the end of the drift. Where edges turn, the
+    /// end of a path may be wrong: if the contacts would then give energy, solves without such corrections.
+    fn solve_impact_for_gaps(
+        &mut self,
+        impact: &mut ImpactSolve<D>,
+        context: &ContactContext<D>,
+        motion: &mut NodalMotion<D>,
+        impulses: BodyImpulses<D>,
+        now: DriftProgress,
+        energies: &mut ContactEnergies,
+    ) {
+        let targets: Vec<f64> = impact.constraints.iter().map(|c| c.target[0]).collect();
+        let mut is_corrected = false;
+        while self.correct_impact_targets(context, motion, impact, now) {
+            self.solve_for(impact, context, motion, impulses, energies);
+            is_corrected = true;
+        }
+        if is_corrected && impact.excess_work(motion) > 0.0 {
+            for (constraint, target) in impact.constraints.iter_mut().zip(targets) {
+                constraint.target[0] = target;
+            }
+            self.solve_for(impact, context, motion, impulses, energies);
+        }
     }
 
     /// Takes the energy that the bodies recover at a touch, J, from the losses of the new
