@@ -18,8 +18,8 @@ fn largest_difference(some: &[[f64; 3]], others: &[[f64; 3]]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Where two of the cubes meet diagonally, one was lifted by micrometres in a step, counted as beside the
-/// other, and pushed it along with a third of the velocity of the blow.
+/// One of two cubes that meet diagonally was lifted by micrometres in a step, counted as beside the other,
+/// and pushed it along with a third of the velocity of the blow.
 #[test]
 fn a_block_slides_past_one_that_it_meets_at_an_edge() {
     let mut case = load("wall-with-a-common-edge");

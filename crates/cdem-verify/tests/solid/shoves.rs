@@ -1,5 +1,6 @@
 //! Pushing and skidding blocks: forces within Coulomb's cone, and the work behind them.
 
+use cdem::Simulation;
 use cdem_verify::{Balance, load, run};
 
 use crate::variants::largest_rise;
@@ -8,13 +9,19 @@ use crate::variants::largest_rise;
 /// times smaller.
 const RESIDUAL: f64 = 2e-3;
 
+/// Runs a simulation to its end. Returns its balance over all steps.
+fn run_balanced(simulation: &mut Simulation) -> Balance {
+    let mut balance = Balance::new(simulation);
+    run(simulation, |simulation| {
+        balance.look(simulation);
+    });
+    balance
+}
+
 #[test]
 fn a_point_that_parts_in_a_step_gives_its_shear_back() {
     let mut simulation = load("skid").start();
-    let mut balance = Balance::new(&mut simulation);
-    run(&mut simulation, |simulation| {
-        balance.look(simulation);
-    });
+    let balance = run_balanced(&mut simulation);
     let mut rows = simulation.ended_contacts();
     rows.extend(simulation.live_contacts());
     let friction = 30_f64.to_radians().tan();
@@ -51,10 +58,7 @@ fn cubes_that_meet_all_but_flat_gain_no_energy() {
 #[test]
 fn faces_that_end_together_do_not_press_on_each_other() {
     let mut simulation = load("wall-across-gaps").start();
-    let mut balance = Balance::new(&mut simulation);
-    run(&mut simulation, |simulation| {
-        balance.look(simulation);
-    });
+    let balance = run_balanced(&mut simulation);
     println!("wall-across-gaps: {balance:?}");
     // The limit of the ledger for blocks of few elements.
     assert!(balance.rise < 2e-2, "{balance:?}");
@@ -67,10 +71,7 @@ fn faces_that_end_together_do_not_press_on_each_other() {
 #[test]
 fn cubes_of_unequal_meshes_gain_no_energy() {
     let mut simulation = load("row-hit-askew").start();
-    let mut balance = Balance::new(&mut simulation);
-    run(&mut simulation, |simulation| {
-        balance.look(simulation);
-    });
+    let balance = run_balanced(&mut simulation);
     println!("row-hit-askew: {balance:?}");
     // The limit of the ledger for blocks of few elements.
     assert!(balance.rise < 2e-2, "{balance:?}");
@@ -80,10 +81,7 @@ fn cubes_of_unequal_meshes_gain_no_energy() {
 #[test]
 fn what_drives_a_block_that_touches_at_the_start_is_booked() {
     let mut simulation = load("ram").start();
-    let mut balance = Balance::new(&mut simulation);
-    run(&mut simulation, |simulation| {
-        balance.look(simulation);
-    });
+    let balance = run_balanced(&mut simulation);
     let end = simulation.history();
     println!("{end:?} {balance:?}");
     // Blocks bend and rotate during contact by 1e-8 of their size.
