@@ -113,8 +113,9 @@ impl<const D: usize> ContactModelData<D> {
         self.nodes_of(pair).filter(moves)
     }
 
-    /// Returns the pairs `within` a distance of each other, m, in their normal cones, between
-    /// blocks that `may_meet` selects.
+    /// Returns the pairs with a gap of at most `within`, m, in their normal cones, between blocks that
+    /// `may_meet` selects. A point beside the end of its target by more than the resolution does not
+    /// touch, however far the tolerance reaches: the corner of the target does.
     pub(super) fn touching_pairs(
         &self,
         at: Configuration<D>,
@@ -126,7 +127,7 @@ impl<const D: usize> ContactModelData<D> {
         pairs.retain(|&pair| {
             let projection = surface.project(pair, at);
             projection.gap.abs() <= within
-                && projection.outside <= within
+                && projection.outside <= within.min(self.resolution)
                 && surface.in_normal_cone(pair, at)
         });
         pairs

@@ -203,9 +203,10 @@ impl<const D: usize> ContactPoint<D> {
         self.history.count(&[0.0; D], impulse);
     }
 
-    /// True if its gap is wider than [`GAP_DEAD_BAND`] after a drift at the solved velocities, in which
-    /// it changes by this quadratic `change` besides, m. A contact without impulse but with a
-    /// smaller gap has not ended: it may carry one in the next kick.
+    /// True if it has opened after a drift at the solved velocities, in which its gap changes by this
+    /// quadratic `change` besides, m: by more than [`GAP_DEAD_BAND`], and by more than the gap that it
+    /// keeps, since no search finds the pair again across that gap. A contact without impulse that
+    /// has opened less has not ended: it may carry one in the next kick.
     pub(crate) fn is_apart_after(
         &self,
         solved: &Constraint<D>,
@@ -216,7 +217,12 @@ impl<const D: usize> ContactPoint<D> {
     ) -> bool {
         let jacobian = &solved.jacobian;
         let gap = jacobian.offset[0] + drift * jacobian.relative_velocity(0, velocity) + change;
-        gap - self.offset[0] > GAP_DEAD_BAND * resolution
+        gap - self.offset[0] > self.offset[0].max(GAP_DEAD_BAND * resolution)
+    }
+
+    /// True if it keeps a gap: that of its blocks at t = 0, or one that a change of mesh has made.
+    pub(crate) fn keeps_gap(&self, resolution: f64) -> bool {
+        self.offset[0] > GAP_ERROR * resolution
     }
 
     /// Binds the contact to the material point of the target under it.

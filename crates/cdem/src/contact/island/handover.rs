@@ -1,6 +1,6 @@
 //! Hand-over of a kept gap. A contact may keep a gap: that of its blocks at t = 0, or one that a change
 //! of mesh has made. Pairs beside it have this gap too, so the search does not find that they touch.
-//! When the contact leaves the end of its target, these pairs begin in its place.
+//! When the contact leaves the end of its target, these pairs begin in its place, open as far as it was.
 
 use crate::contact::constraint::contact_point::ContactPoint;
 use crate::contact::constraint::context::ContactContext;
@@ -8,7 +8,6 @@ use crate::contact::constraint::duplicate::DriftInterval;
 use crate::contact::island::Island;
 use crate::contact::narrow_phase::feature_selection::successors;
 use crate::contact::surface::{Configuration, Pair};
-use crate::contact::tolerances::GAP_ERROR;
 use crate::math::vector::{add_scaled, pad};
 
 /// A contact that has left the end of its target.
@@ -19,7 +18,7 @@ pub(crate) struct Departure {
     /// Main block.
     block: u32,
     /// Gap that the contact kept, m.
-    gap: f64,
+    kept_gap: f64,
 }
 
 impl Departure {
@@ -29,24 +28,26 @@ impl Departure {
         pair: Pair,
         context: &ContactContext<D>,
     ) -> Option<Self> {
-        (contact.offset[0] > GAP_ERROR * context.resolution).then_some(Self {
+        contact.keeps_gap(context.resolution).then_some(Self {
             pair,
             block: contact.history.blocks[0],
-            gap: contact.offset[0],
+            kept_gap: contact.offset[0],
         })
     }
 
-    /// Returns the positions of all nodes with the main block moved onto the target, m.
+    /// Returns the positions of all nodes with the main block moved onto the target, by the present `gap`
+    /// of the pair, m.
     fn closed_positions<const D: usize>(
         &self,
         context: &ContactContext<D>,
         at: Configuration<D>,
+        gap: f64,
     ) -> Option<Vec<[f64; D]>> {
         let normal = context.surface.normal(self.pair, at)?;
         let position = |(node, block): (u32, &u32)| {
             let mut position = at.at(node);
             if *block == self.block {
-                add_scaled(&mut position, -self.gap, &normal);
+                add_scaled(&mut position, -gap, &normal);
             }
             position
         };
@@ -56,7 +57,7 @@ impl Departure {
 
 impl<const D: usize> Island<D> {
     /// Begins the contacts that take over from those that have departed. They keep the gaps of their
-    /// pairs, less what these have opened. Returns the number of these contacts.
+    /// pairs, less what these and the departed contact have opened. Returns the number of these contacts.
     pub(super) fn hand_over(
         &mut self,
         context: &ContactContext<D>,
@@ -66,17 +67,18 @@ impl<const D: usize> Island<D> {
     ) -> u64 {
         let mut begun = 0;
         for departure in departures {
-            let Some(positions) = departure.closed_positions(context, at) else {
+            let (surface, resolution) = (context.surface, context.resolution);
+            let gap = surface.gap_or_zero(departure.pair, at);
+            let Some(positions) = departure.closed_positions(context, at, gap) else {
                 continue;
             };
             let closed = Configuration::at_rest(&positions);
-            let (surface, resolution) = (context.surface, context.resolution);
             let reach = resolution + surface.project(departure.pair, closed).outside;
             let pairs = successors(surface, departure.pair, closed, reach, resolution);
             let number = self.activate_pairs(context, DriftInterval::at_rest(closed), &pairs, time);
             let first = self.contact_points.len() - number as usize;
             for contact in &mut self.contact_points[first..] {
-                let opening = contact.offset[0].max(0.0);
+                let opening = (contact.offset[0] + gap - departure.kept_gap).max(0.0);
                 contact.offset[0] = surface.gap_or_zero(contact.pair, at) - opening;
                 contact.initial_gap = context
                     .initial_overlaps

@@ -126,7 +126,8 @@ pub(crate) fn successors<const D: usize>(
 }
 
 /// Returns true if two pairs, between these `blocks`, are one physical contact, whose constraint
-/// counts once: they have the same point and gap, within `resolution`, m, and the same normal.
+/// counts once: they have the same gap and normal, and the same point where the gap is closed, within
+/// `resolution`, m.
 pub(crate) fn are_one_contact<const D: usize>(
     surface: &dyn Surface<D>,
     pairs: [Pair; 2],
@@ -139,15 +140,17 @@ pub(crate) fn are_one_contact<const D: usize>(
     if is_swapped && of_one != [of_other[1], of_other[0]] {
         return false;
     }
-    let [one, other] = pairs.map(|pair| surface.point(pair, at));
-    let cosine = || cosine_of_parallel(surface, pairs, at);
-    let gaps_agree = || {
-        let [one, other] = pairs.map(|pair| surface.gap_or_zero(pair, at));
-        (one - other).abs() <= resolution
+    let Some(cosine) = cosine_of_parallel(surface, pairs, at) else {
+        return false;
     };
-    norm(&sub(&one, &other)) <= resolution
-        && cosine().is_some_and(|cosine| (cosine < 0.0) == is_swapped)
-        && gaps_agree()
+    let [gap, other_gap] = pairs.map(|pair| surface.gap_or_zero(pair, at));
+    let [mut point, other_point] = pairs.map(|pair| surface.point(pair, at));
+    if is_swapped && let Some(normal) = surface.normal(pairs[0], at) {
+        add_scaled(&mut point, -gap, &normal);
+    }
+    norm(&sub(&point, &other_point)) <= resolution
+        && (cosine < 0.0) == is_swapped
+        && (gap - other_gap).abs() <= resolution
 }
 
 /// Returns the cosine of the angle between the normals of two pairs, if they are parallel up to a
