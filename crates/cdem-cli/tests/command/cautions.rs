@@ -129,6 +129,20 @@ fn a_tolerance_far_above_the_default_is_told() {
 }
 
 #[test]
+fn contact_springs_too_stiff_for_the_step_are_told() {
+    // The lightest nodes, at the corners of the stone, have 42 kg.
+    let stiff = |normal: &str| {
+        let springs =
+            format!("model = \"penalty\"\nnormal_stiffness = {normal}\nshear_stiffness = 1e8");
+        let scene = FALL.replace("model = \"unified-node\"", &springs);
+        assert_ne!(scene, FALL);
+        of(&scene)
+    };
+    insta::assert_snapshot!(stiff("1e11"));
+    assert_eq!(stiff("1e8"), "");
+}
+
+#[test]
 fn what_starts_after_the_end_is_told() {
     let late = "[[boundary]]\ngroup = \"stone.xmin\"\nvelocity = { x = 0.0 }\nstart = 0.5\n\n\
                 [[load]]\ngroup = \"stone.ymax\"\npressure = 1e3\nstart = \"20 ms\"\n";

@@ -261,6 +261,13 @@ impl<const D: usize> InverseMass<D> {
         }
     }
 
+    /// Returns the largest velocity that a unit impulse on a node gives it, 1/kg: 0 if it is prescribed.
+    pub(crate) fn mobility(&self, node: usize) -> f64 {
+        let own = node - self.coupled(node).start;
+        let velocities = (0..D).map(|component| self.column(node, component)[own]);
+        velocities.fold(0.0, f64::max)
+    }
+
     /// Returns the first component whose [column](Self::column) for this node equals that of
     /// `component`.
     pub(crate) fn first_equal_column(&self, node: usize, component: usize) -> usize {

@@ -8,7 +8,7 @@ use crate::math::format::{named_blocks, short};
 use crate::math::vector::{norm, sub};
 use crate::mesh::{Mesh, MeshBlock, coordinates};
 use crate::model::{Model, block_names};
-use crate::scene::{Cadence, Geometry, KeyPath, Mass, Problem, Scene, Split};
+use crate::scene::{Cadence, ContactModel, Geometry, KeyPath, Mass, Problem, Scene, Split};
 use crate::simulation::build::contact_resolution;
 
 /// Relative error of a block's moment of inertia above which a warning is given.
@@ -37,6 +37,7 @@ pub(super) fn scene_warnings<const D: usize>(
     found.extend(joints(scene));
     found.extend(tolerance(scene, &model.mesh));
     found.extend(damping(scene, model, shortest));
+    found.extend(springs(scene, model, shortest));
     found.extend(late(scene));
     found.extend(intervals(scene, model.step));
     found.extend(probes(scene, &model.mesh));
@@ -232,6 +233,58 @@ fn damping<const D: usize>(scene: &Scene, model: &Model<D>, shortest: &[f64]) ->
         })
     };
     scene.material.iter().enumerate().filter_map(slow).collect()
+}
+
+/// Warns of contact springs too stiff for the coarse step.
+fn springs<const D: usize>(scene: &Scene, model: &Model<D>, shortest: &[f64]) -> Vec<Problem> {
+    if scene.contact.model != ContactModel::Penalty {
+        return vec![];
+    }
+    let blocks = model.blocks.iter().zip(&model.mesh.blocks);
+    let moving = blocks.filter(|(block, _)| !block.fixed);
+    let mobilities = moving.flat_map(|(_, block)| {
+        let nodes = block.nodes.clone();
+        nodes.map(|node| model.inertia.mobility(node as usize))
+    });
+    let largest = mobilities.fold(0.0, f64::max);
+    let stable = shortest.iter().copied().fold(f64::INFINITY, f64::min);
+    // A corner that meets a corner has two springs between nodes of two blocks: ω² = 4k·mobility. With
+    // the elements, ω² must not exceed (2/step)².
+    let left = (1.0 - (model.step / stable).powi(2)).max(0.0);
+    let most = left / (largest * model.step * model.step);
+    let stiff = |(path, stiffness): (KeyPath, Option<f64>)| {
+        let stiffness = stiffness.filter(|stiffness| *stiffness > most)?;
+        let message = format!(
+            "springs of {} N/m may be too stiff for steps of {} s, and then give energy to the blocks: \
+             with the lightest nodes at most {} N/m is sure to be stable; reduce it, or reduce \
+             `time.safety`",
+            short(stiffness),
+            short(model.step),
+            short(most)
+        );
+        Some(Problem::new(path, message))
+    };
+    let keys = |path: KeyPath, normal, shear| {
+        let normal = (path.clone().key("normal_stiffness"), normal);
+        [normal, (path.key("shear_stiffness"), shear)]
+    };
+    let contact = &scene.contact;
+    let root = KeyPath::root().key("contact");
+    let pairs = contact.pair.iter().enumerate();
+    let of_pairs = pairs.flat_map(|(number, pair)| {
+        let path = root.clone().key("pair").index(number);
+        keys(path, pair.normal_stiffness, pair.shear_stiffness)
+    });
+    let of_all = keys(
+        root.clone(),
+        contact.normal_stiffness,
+        contact.shear_stiffness,
+    );
+    of_all
+        .into_iter()
+        .chain(of_pairs)
+        .filter_map(stiff)
+        .collect()
 }
 
 /// Warns of loads and boundary conditions that start after the end.
