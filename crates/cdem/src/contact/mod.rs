@@ -107,15 +107,15 @@ impl<const D: usize> Contacts<D> {
         let data = &mut self.model_data;
         data.resolution = data.resolution.max(overlaps.deepest());
         data.initial_overlaps = overlaps;
-        let context = data.context(inertia);
-        let surface = context.surface;
-        pairs.retain(|&pair| has_one_normal(surface, pair, at, tolerance));
+        let context = ContactContext {
+            resolution: tolerance,
+            ..data.context(inertia)
+        };
+        pairs.retain(|&pair| has_one_normal(context.surface, pair, at, context.resolution));
         let mut island = Island::default();
         self.state.energies.touch_count +=
             island.activate_pairs(&context, DriftInterval::at_rest(at), &pairs, 0.0);
         for contact in &mut island.contact_points {
-            let history = &mut contact.history;
-            (history.kind, history.area) = surface.classify(contact.pair, at, tolerance);
             contact.is_joint = contact.law.cohesion > 0.0 || contact.law.tensile_strength > 0.0;
         }
         self.state.islands = vec![island];

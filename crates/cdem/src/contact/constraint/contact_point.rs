@@ -204,9 +204,9 @@ impl<const D: usize> ContactPoint<D> {
     }
 
     /// True if it has opened after a drift at the solved velocities, in which its gap changes by this
-    /// quadratic `change` besides, m: by more than [`GAP_DEAD_BAND`], and by more than the gap that it
-    /// keeps, since no search finds the pair again across that gap. A contact without impulse that
-    /// has opened less has not ended: it may carry one in the next kick.
+    /// quadratic `change` besides, m: by more than [`GAP_DEAD_BAND`], and by more than the gap or overlap
+    /// that it keeps, since no search finds the pair again as long as it is there. A contact without
+    /// impulse that has opened less has not ended: it may carry one in the next kick.
     pub(crate) fn is_apart_after(
         &self,
         solved: &Constraint<D>,
@@ -217,12 +217,13 @@ impl<const D: usize> ContactPoint<D> {
     ) -> bool {
         let jacobian = &solved.jacobian;
         let gap = jacobian.offset[0] + drift * jacobian.relative_velocity(0, velocity) + change;
-        gap - self.offset[0] > self.offset[0].max(GAP_DEAD_BAND * resolution)
+        gap - self.offset[0] > self.offset[0].abs().max(GAP_DEAD_BAND * resolution)
     }
 
-    /// True if it keeps a gap: that of its blocks at t = 0, or one that a change of mesh has made.
+    /// True if it keeps a gap or an overlap: that of its blocks at t = 0, or one that a change of mesh
+    /// has made.
     pub(crate) fn keeps_gap(&self, resolution: f64) -> bool {
-        self.offset[0] > GAP_ERROR * resolution
+        self.offset[0].abs() > GAP_ERROR * resolution
     }
 
     /// Binds the contact to the material point of the target under it.

@@ -185,7 +185,12 @@ impl<const D: usize> Island<D> {
             contact.record_impulse(&constraint.impulse, interval);
             if constraint.slips(motion.velocity, least) {
                 contact.slide();
-                let slip = shear_norm(&new) * drift;
+                // An open contact does not slip.
+                let slip = if constraint.impulse[0] > 0.0 {
+                    shear_norm(&new) * drift
+                } else {
+                    0.0
+                };
                 contact.history.slip += slip;
                 let size = context
                     .surface

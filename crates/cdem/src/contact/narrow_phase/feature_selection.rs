@@ -140,11 +140,15 @@ pub(crate) fn are_one_contact<const D: usize>(
     if is_swapped && of_one != [of_other[1], of_other[0]] {
         return false;
     }
+    let [gap, other_gap] = pairs.map(|pair| surface.gap_or_zero(pair, at));
+    let [mut point, other_point] = pairs.map(|pair| surface.point(pair, at));
+    // Most pairs are farther apart than that, and normals cost more.
+    if norm(&sub(&point, &other_point)) > resolution + gap.abs() {
+        return false;
+    }
     let Some(cosine) = cosine_of_parallel(surface, pairs, at) else {
         return false;
     };
-    let [gap, other_gap] = pairs.map(|pair| surface.gap_or_zero(pair, at));
-    let [mut point, other_point] = pairs.map(|pair| surface.point(pair, at));
     if is_swapped && let Some(normal) = surface.normal(pairs[0], at) {
         add_scaled(&mut point, -gap, &normal);
     }
