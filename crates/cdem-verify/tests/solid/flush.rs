@@ -70,14 +70,14 @@ fn contacts_carry_on_across_a_gap_in_any_order() {
 #[test]
 fn a_block_lands_again_on_the_overlap_of_its_start() {
     let mut simulation = load("lifted-from-overlap").start();
-    let height = |simulation: &Simulation| simulation.block_rows()[1].position[1];
-    let start = height(&simulation);
+    let height = |simulation: &mut Simulation| simulation.block_rows()[1].position[1];
+    let start = height(&mut simulation);
     let mut highest = start;
     run(&mut simulation, |simulation| {
         highest = highest.max(height(simulation));
     });
     let rise = highest - start;
-    let end = height(&simulation) - start;
+    let end = height(&mut simulation) - start;
     println!("lifted-from-overlap: rises by {rise:e} m, ends at {end:e} m");
     // v²/(2g), but for the height of a step's fall, gΔt²/2 = 0.5 um.
     assert!((rise - 0.5e-3).abs() < 1e-6, "{rise}");
