@@ -115,7 +115,7 @@ impl<const D: usize> ContactModelData<D> {
 
     /// Returns the pairs with a gap of at most `within`, m, in their normal cones, between blocks that
     /// `may_meet` selects. A point beside the end of its target by more than the resolution does not
-    /// touch, however far the tolerance reaches: the corner of the target does.
+    /// touch, however far the tolerance reaches: the corner of the target does, if it faces the other block.
     pub(super) fn touching_pairs(
         &self,
         at: Configuration<D>,

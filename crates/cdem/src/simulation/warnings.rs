@@ -240,24 +240,12 @@ fn springs<const D: usize>(scene: &Scene, model: &Model<D>, shortest: &[f64]) ->
     if scene.contact.model != ContactModel::Penalty {
         return vec![];
     }
-    let blocks = model.blocks.iter().zip(&model.mesh.blocks);
-    let moving = blocks.filter(|(block, _)| !block.fixed);
-    let mobilities = moving.flat_map(|(_, block)| {
-        let nodes = block.nodes.clone();
-        nodes.map(|node| model.inertia.mobility(node as usize))
-    });
-    let largest = mobilities.fold(0.0, f64::max);
-    let stable = shortest.iter().copied().fold(f64::INFINITY, f64::min);
-    // A corner that meets a corner has two springs between nodes of two blocks: ω² = 4k·mobility. With
-    // the elements, ω² must not exceed (2/step)².
-    let left = (1.0 - (model.step / stable).powi(2)).max(0.0);
-    let most = left / (largest * model.step * model.step);
+    let most = stable_spring(model, shortest);
     let stiff = |(path, stiffness): (KeyPath, Option<f64>)| {
         let stiffness = stiffness.filter(|stiffness| *stiffness > most)?;
         let message = format!(
             "springs of {} N/m may be too stiff for steps of {} s, and then give energy to the blocks: \
-             with the lightest nodes at most {} N/m is sure to be stable; reduce it, or reduce \
-             `time.safety`",
+             for the lightest nodes the limit is {} N/m; reduce it, or reduce `time.safety`",
             short(stiffness),
             short(model.step),
             short(most)
@@ -285,6 +273,22 @@ fn springs<const D: usize>(scene: &Scene, model: &Model<D>, shortest: &[f64]) ->
         .chain(of_pairs)
         .filter_map(stiff)
         .collect()
+}
+
+/// Returns the stiffness above which contact springs may be unstable in a coarse step, N/m.
+fn stable_spring<const D: usize>(model: &Model<D>, shortest: &[f64]) -> f64 {
+    let blocks = model.blocks.iter().zip(&model.mesh.blocks);
+    let moving = blocks.filter(|(block, _)| !block.fixed);
+    let mobilities = moving.flat_map(|(_, block)| {
+        let nodes = block.nodes.clone();
+        nodes.map(|node| model.inertia.mobility(node as usize))
+    });
+    let largest = mobilities.fold(0.0, f64::max);
+    let stable = shortest.iter().copied().fold(f64::INFINITY, f64::min);
+    // A corner that meets a corner has two springs between nodes of two blocks: ω² = 4k·mobility. With
+    // the elements, ω² must not exceed (2/step)².
+    let left = (1.0 - (model.step / stable).powi(2)).max(0.0);
+    left / (largest * model.step * model.step)
 }
 
 /// Warns of loads and boundary conditions that start after the end.

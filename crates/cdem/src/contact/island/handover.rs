@@ -1,4 +1,4 @@
-//! Hand-over of a kept gap. A contact may keep a gap: that of its blocks at t = 0, or one that a change
+//! Hand-over of a kept gap or overlap. A contact may keep one: that of its blocks at t = 0, or one that a change
 //! of mesh has made. Pairs beside it have this gap too, so the search does not find that they touch.
 //! When the contact leaves the end of its target, these pairs begin in its place, open as far as it was.
 
